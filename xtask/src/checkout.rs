@@ -3,12 +3,15 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{command, proved};
+use crate::command;
+
+/// The folder of the records of what has passed (`proved.rs`). No job depends on them.
+pub(crate) const RECORDS: &str = ".ci/proved";
 
 /// What differs from the last commit, a line for each file, as `git status --porcelain` has it; nothing when the
 /// checkout is clean. Records of what has passed are no changes.
 pub(crate) fn changes(root: &Path) -> Result<String, String> {
-    let records = format!(":(exclude){}", proved::FOLDER);
+    let records = format!(":(exclude){RECORDS}");
     let output = Command::new("git").args(["status", "--porcelain", "--", ".", &records]).current_dir(root).output();
     let output = output.map_err(|error| format!("git: {error}"))?;
     if output.status.success() {

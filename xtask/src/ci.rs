@@ -229,7 +229,10 @@ impl Job {
         let name = self.name();
         match inputs.hash(root) {
             Ok(hash) if proved::is_right(root, &name, &hash) => {
-                println!("skipped: {name} has passed with these sources ({}/{name}): ci --all runs it", proved::FOLDER);
+                println!(
+                    "skipped: {name} has passed with these sources ({}/{name}): ci --all runs it",
+                    checkout::RECORDS
+                );
                 true
             }
             Ok(_) => false,

@@ -8,11 +8,9 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
+use crate::checkout::{self, RECORDS};
+use crate::command;
 use crate::workspace::{self, all};
-use crate::{checkout, command};
-
-/// The folder of the records. No job depends on it.
-pub(crate) const FOLDER: &str = ".ci/proved";
 
 /// What every job depends on, whatever it builds: how jobs are run, the lock file, the profiles and lints.
 const COMMON: [&str; 12] = [
@@ -104,7 +102,7 @@ pub(crate) fn write(root: &Path, job: &str, hash: &str) -> Result<(), String> {
 }
 
 fn record(root: &Path, job: &str) -> PathBuf {
-    root.join(FOLDER).join(job)
+    root.join(RECORDS).join(job)
 }
 
 /// The folders of a manifest's packages and of all packages of this repository that they depend on, for tests, too.
