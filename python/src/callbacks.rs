@@ -9,8 +9,7 @@ use tokio::sync::oneshot;
 
 use crate::wait::lock;
 
-/// Threads that may still be inside a Python function and have not been joined. They are joined before the interpreter
-/// ends.
+/// Threads that may still be inside a Python function: they are joined before the interpreter ends.
 pub(crate) static LEFT: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
 /// The thread that calls a function; it ends when this is dropped.
@@ -71,8 +70,7 @@ impl Callback {
 }
 
 impl Drop for Callback {
-    /// Garbage is collected in any thread, even in another callback's, and with the interpreter's lock: so this does
-    /// not wait.
+    /// Does not wait: garbage is collected in any thread, even in another callback's, with the interpreter's lock.
     fn drop(&mut self) {
         let mut left = lock(&LEFT);
         left.retain(|thread| !thread.is_finished());

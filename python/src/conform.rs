@@ -58,8 +58,7 @@ impl Conformance {
         self.all().map(|case| (case.id, case.title)).collect()
     }
 
-    /// Opens the bus and begins with the cases of these ids, in order. Each case waits until `next` has returned the
-    /// one before.
+    /// Opens the bus and runs the cases of these ids in order. Each waits until `next` has returned the one before.
     ///
     /// Raises LinkFailed.
     fn begin(&self, py: Python<'_>, ids: Vec<String>) -> PyResult<()> {
@@ -115,9 +114,8 @@ impl Conformance {
     }
 }
 
-/// The result of a case: its id; "passed", "failed", "advised" (a failed recommendation), "not applicable", "not
-/// allowed", "blocked", "not decidable" or "unfinished"; why it has not passed; and its part of the report, with the
-/// last frames.
+/// The result of a case: its id; "passed", "failed", "advised" (a failed recommendation), "not applicable", "not allowed",
+/// "blocked", "not decidable" or "unfinished"; why it has not passed; and its part of the report, with the last frames.
 #[pyclass(module = "lexican", frozen, get_all)]
 pub(crate) struct CaseResult {
     id: String,

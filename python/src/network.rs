@@ -133,8 +133,7 @@ impl Network {
         ask(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))
     }
 
-    /// Sends an NMT command to a node or to all: "start", "stop", "pre-operational", "reset-node",
-    /// "reset-communication".
+    /// Sends NMT "start", "stop", "pre-operational", "reset-node" or "reset-communication" to a node, or to all.
     #[pyo3(signature = (command, node = None))]
     fn nmt(&self, py: Python<'_>, command: &str, node: Option<u8>) -> PyResult<()> {
         let command = match command {
@@ -296,8 +295,7 @@ impl Machine {
         this.as_super().get().shared.carry_out(node, line)
     }
 
-    /// Switches a simulated device off for the duration of a `with`, as all faults: `with
-    /// machine.power_off("feeder"):`.
+    /// Switches a simulated device off for the duration of `with machine.power_off("feeder"):`, as all faults do.
     fn power_off(this: &Bound<'_, Self>, node: String) -> Fault {
         Machine::fault(this, node, None)
     }

@@ -188,8 +188,7 @@ impl Shared {
             let ended: Vec<_> = drives.iter().filter_map(Weak::upgrade).map(|drive| drive.end()).collect();
             let callbacks = std::mem::take(&mut *lock(&self.callbacks));
             let called: Vec<_> = callbacks.into_iter().map(Callback::end).collect();
-            // Release this lock before waiting: another call may want it while holding the interpreter's lock, for
-            // which the network's thread may wait.
+            // Release this lock first: a call that wants it may hold the interpreter's, which the thread waits for.
             let opened = lock(&self.opened).take();
             drop(opened);
             ended.into_iter().chain(called).collect()

@@ -84,8 +84,7 @@ impl Pdo {
         Ok(Some((self.values(py, &frame)?, now.since(at).as_secs_f64())))
     }
 
-    /// Waits for the next PDO from now on, at most `timeout` seconds by the time of the bus; `None` if none was
-    /// received.
+    /// Waits for the next PDO from now on, at most `timeout` seconds by the time of the bus; `None` if none came.
     #[pyo3(signature = (timeout = None))]
     fn next<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let (shared, _, network) = self.live()?;
@@ -113,8 +112,7 @@ impl Pdo {
     /// times in seconds); a buffer with 8 bytes per frame, such as a numpy array; or an iterable of bytes. Frames in a
     /// log that are shorter than the mapping are left out, as receivers ignore them.
     ///
-    /// Raises LexicanError if the log cannot be read; ValueError if the length of a buffer is wrong, or a frame is too
-    /// short.
+    /// Raises LexicanError if the log cannot be read; ValueError if a buffer has a wrong length or a frame too few bytes.
     fn decode<'py>(&self, py: Python<'py>, frames: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let decoded = PyDict::new(py);
         let words = if let Ok(path) = frames.extract::<PathBuf>() {

@@ -32,8 +32,7 @@ pub(crate) fn load(py: Python<'_>, name: PathBuf, overlays: Vec<PathBuf>) -> PyR
     Ok(DataSheet { library: sheet.library, sheet, name, overlays })
 }
 
-/// A device as described by its data sheet: a mapping from index and sub-index to entries, which can be looked up by
-/// name, too.
+/// A device as described by its data sheet: a mapping from index and sub-index, or name, to entries.
 #[pyclass(module = "lexican", frozen, mapping)]
 pub(crate) struct DataSheet {
     sheet: Sheet,
