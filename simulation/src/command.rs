@@ -1,16 +1,16 @@
-//! What happens to a simulated device from outside, as a line says it.
+//! Commands to a simulated device from outside, parsed from lines.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
 use lexican_toolbox::values::lookup::ObjectError;
 use lexican_toolbox::values::text::parse_hex;
 
-/// What happens to a device.
+/// A command to a simulated device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Says its state.
+    /// Returns its state in words.
     Status,
-    /// Says the value of an object.
+    /// Returns the value of an object, named by number or name.
     Get(String),
     /// Changes an object, regardless of its access.
     Set {
@@ -25,14 +25,14 @@ pub enum Command {
         code: u16,
         /// The error register.
         register: u8,
-        /// The bytes of the manufacturer.
+        /// The manufacturer-specific error field.
         msef: [u8; 5],
     },
-    /// All errors are over.
+    /// Clears all errors.
     EmcyClear,
-    /// The supply is switched.
+    /// Switches the supply.
     Power(Power),
-    /// An input of a drive changes: `battery_v = 2.5`.
+    /// Changes an input of a drive: `battery_v = 2.5`.
     Input(String),
 }
 
@@ -47,7 +47,7 @@ pub enum Power {
     Cycle,
 }
 
-/// The lines, for a user.
+/// The syntax of the lines, for the user.
 pub const HELP: &str = "\
 get OBJECT                   prints an object: get 6041, get \"Position Actual Value\"
 set OBJECT VALUE             sets an object, regardless of its access: set 6064 1000, set 241B:01 \"17.5 V\"
@@ -61,7 +61,7 @@ KEY = VALUE                  sets an input of a simulated drive: battery_v = 2.5
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
-    /// It begins with none.
+    /// It does not begin with a command.
     #[error("{0:?} is no command")]
     Unknown(String),
     /// `get` without an object.
@@ -73,16 +73,16 @@ pub enum CommandError {
     /// `emcy` without an error code.
     #[error("which code? For example: emcy 3120 04")]
     NoCode,
-    /// `power` without its state.
+    /// `power` without `on`, `off` or `cycle`.
     #[error("power on, off or cycle")]
     NoPower,
-    /// More than five bytes after the error register.
+    /// More than five bytes for the manufacturer-specific error field.
     #[error("an EMCY has five bytes of the manufacturer")]
     TooManyBytes,
-    /// Something else than a hexadecimal number.
+    /// No hexadecimal number, or one with too many digits.
     #[error("{text:?} is not a number of up to {most} hexadecimal digits")]
     NotHex {
-        /// What there is.
+        /// The text that is given.
         text: String,
         /// How many digits it may have.
         most: usize,
@@ -96,10 +96,10 @@ pub enum Refusal {
     /// It has no such object.
     #[error(transparent)]
     Object(#[from] ObjectError),
-    /// The value is none of the object.
+    /// The text is not a value of the object.
     #[error("{0}")]
     Value(String),
-    /// The device does not read or write the object.
+    /// The device refuses to read or write the object.
     #[error("{address}: {code}")]
     Access {
         /// The object.
@@ -110,7 +110,7 @@ pub enum Refusal {
     /// It is not a drive.
     #[error("this device has no inputs but its objects: set OBJECT VALUE")]
     NoInputs,
-    /// The drive has no such input, or it cannot be so.
+    /// The drive has no such input, or the input cannot have this value.
     #[error("{problem}; {remedy}")]
     Input {
         /// What is wrong.
@@ -118,25 +118,25 @@ pub enum Refusal {
         /// What to write instead.
         remedy: String,
     },
-    /// A drive sends EMCYs by itself alone.
+    /// The drive sends EMCYs only for its own faults.
     #[error("this drive sends an EMCY when it has a fault: {instead}")]
     OwnEmergencies {
-        /// The command that does.
+        /// The input that makes it do so.
         instead: &'static str,
     },
-    /// The errors of a drive end with their cause.
+    /// The errors of the drive end only with their cause.
     #[error("the cause of this drive's fault goes with: {instead}")]
     OwnCauses {
-        /// The command that does.
+        /// The input that ends the cause.
         instead: &'static str,
     },
 }
 
-/// Splits a line for one of several devices, `5: get 6041`, into whom it is for and the rest.
+/// Splits a line for one of several devices, such as `5: get 6041`, into the name of the device and the rest.
 #[must_use]
 pub fn addressee(line: &str) -> (Option<&str>, &str) {
     match line.split_once(':') {
-        // The colon of `set 2410:05 7` follows other words.
+        // In `set 2410:05 7`, other words precede the colon.
         Some((who, rest)) if !who.trim().is_empty() && !who.trim().contains([' ', '\t', '=']) => {
             (Some(who.trim()), rest)
         }
@@ -191,7 +191,7 @@ fn hex(text: &str, most: usize) -> Result<u16, CommandError> {
     parse_hex(text, most).ok_or_else(|| CommandError::NotHex { text: text.to_owned(), most })
 }
 
-/// Splits into words; those in quotes may have spaces.
+/// Splits a line into words. Quoted words may contain spaces.
 fn words(line: &str) -> Vec<String> {
     let (mut words, mut word, mut quoted, mut begun) = (Vec::new(), String::new(), false, false);
     for letter in line.chars() {

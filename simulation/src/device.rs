@@ -1,4 +1,4 @@
-//! The simulated device: made of its data sheet, or a drive that moves.
+//! The simulated device: made of its data sheet, or a drive with a simulator of its own.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -32,7 +32,7 @@ use super::virtual_device::{VirtualDevice, keeps};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulationError {
-    /// It has no node-ID, and none can be given to it.
+    /// It has no node-ID, and no LSS by which it could get one.
     #[error("this drive has no LSS, by which it could get a node-ID")]
     NoLss,
     /// The file for stored parameters cannot be used.
@@ -43,12 +43,12 @@ pub enum SimulationError {
 /// A device that exists only in software.
 pub struct SimulatedDevice {
     sheet: Arc<Device>,
-    /// What a plant calls it.
+    /// Its name in a plant.
     name: Option<String>,
     /// The node-ID that it is meant to have.
     given: Option<NodeId>,
     kind: Kind,
-    /// What it has sent before it was connected.
+    /// Frames that it sent before it was connected.
     sent: VecDeque<Frame>,
 }
 
@@ -59,8 +59,9 @@ enum Kind {
 }
 
 impl SimulatedDevice {
-    /// A device that is switched on at `now`: one of the library with its own simulator, if it has one, else the device of
-    /// its data sheet. Without a node-ID it waits for one by LSS. What it stores is in the file `eeprom`, if there is one.
+    /// A device that is switched on at `now`. A device of the library that has its own simulator uses that; all others
+    /// are made of their data sheets. Without a node-ID it waits for one by LSS. It stores parameters in the file
+    /// `eeprom`, if there is one.
     pub fn new(
         now: Instant,
         sheet: &DataSheet,
@@ -78,19 +79,19 @@ impl SimulatedDevice {
         Ok(SimulatedDevice { sheet: device, name: None, given: node, kind, sent: VecDeque::new() })
     }
 
-    /// The same under a name, by which people call it.
+    /// The same device with a name.
     #[must_use]
     pub fn named(self, name: Option<String>) -> Self {
         SimulatedDevice { name, ..self }
     }
 
-    /// Its name, if it has one.
+    /// The name that its plant gives it, if any.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
 
-    /// What its data sheet says.
+    /// Its data sheet.
     #[must_use]
     pub fn sheet(&self) -> &Device {
         &self.sheet
@@ -102,14 +103,14 @@ impl SimulatedDevice {
         self.node_id().or(self.given)
     }
 
-    /// Whether people call it so: by its name or its node-ID.
+    /// Whether `who` is its name or its node-ID.
     #[must_use]
     pub fn is_called(&self, who: &str) -> bool {
         let node = self.node();
         self.name() == Some(who) || node.is_some() && node_id(who).ok() == node
     }
 
-    /// Carries out a command. What it answers is empty if the effect shows on the bus.
+    /// Carries out a command. The answer is empty if the effect shows on the bus.
     pub fn carry_out(&mut self, now: Instant, command: &Command) -> Result<String, Refusal> {
         match command {
             Command::Status => return Ok(self.status(now)),
@@ -157,7 +158,7 @@ impl SimulatedDevice {
         Ok(ValueReport::of_bytes(Some(&values), address, &data).equation())
     }
 
-    /// What decides over the unit and the limits of an entry.
+    /// The values on which unit and limits of an entry depend.
     fn values<'a>(&mut self, now: Instant, sheet: &'a Device, address: Address) -> DeviceValues<'a> {
         let mut values = DeviceValues::new(sheet);
         for condition in values.entry(address).map(|entry| values.conditions(entry)).unwrap_or_default() {
@@ -207,7 +208,7 @@ impl Kind {
 }
 
 impl SimulatedDevice {
-    /// Lets a script happen to the drive, beginning at `now`.
+    /// Runs a script of events on the drive, beginning at `now`.
     pub fn follow(&mut self, now: Instant, script: &str) -> Result<(), ScriptError> {
         match &mut self.kind {
             Kind::Drive(siko) => {
@@ -253,7 +254,7 @@ impl SimulatedDevice {
         }
     }
 
-    /// State and motion of a drive that is on.
+    /// State and motion of a drive that is on; else empty.
     fn motion(&self, now: Instant) -> String {
         match &self.kind {
             Kind::Sheet(device) => device.servo().map_or_else(String::new, |servo| axis(servo, now)),
@@ -266,7 +267,7 @@ impl SimulatedDevice {
         }
     }
 
-    /// Position and velocity of the shaft of a drive as they are, in units of its simulator; `None` if it is none.
+    /// True position and velocity of the shaft of a drive, in units of its simulator; `None` for other devices.
     #[must_use]
     pub fn shaft(&self, now: Instant) -> Option<trajectory::State> {
         match &self.kind {
@@ -287,7 +288,7 @@ impl SimulatedDevice {
         }
     }
 
-    /// The bytes of an entry, as the bus would read them.
+    /// The bytes of an entry, as a client reads them over the bus.
     pub fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.value(now, address),
@@ -296,7 +297,7 @@ impl SimulatedDevice {
         }
     }
 
-    /// Changes an entry, regardless of its access; what it configures takes effect.
+    /// Changes an entry, regardless of its access. A configuration takes effect.
     pub fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.set_value(now, address, data),
@@ -305,14 +306,14 @@ impl SimulatedDevice {
         }
     }
 
-    /// Lets a device that has just been switched on say that it has booted: only then some objects can be changed.
+    /// Lets a device that has just been switched on send its boot-up: some objects can be changed only after it.
     pub(super) fn let_boot(&mut self, now: Instant) {
         while let Some(frame) = self.as_node_mut().poll_transmit(now) {
             self.sent.push_back(frame);
         }
     }
 
-    /// The device of a data sheet; of a drive, what makes it send an EMCY, and what ends its errors.
+    /// The device of a data sheet. For a drive: the inputs that make it send an EMCY, and that end its errors.
     fn with_errors(&mut self) -> Result<&mut VirtualDevice, [&'static str; 2]> {
         match &mut self.kind {
             Kind::Sheet(device) => Ok(device),
@@ -349,8 +350,8 @@ impl SimulatedDevice {
         Ok(())
     }
 
-    /// The inputs that it has, and what they are now: [`SimulatedDevice::input`] takes the [`line`](Input::line) of one with
-    /// another value. A device that is no drive has none.
+    /// The inputs of a drive and their present values: [`SimulatedDevice::input`] takes the [`line`](Input::line) of
+    /// one with another value. Empty for a device that is no drive.
     #[must_use]
     pub fn inputs(&self) -> Vec<Input> {
         match &self.kind {
@@ -360,7 +361,8 @@ impl SimulatedDevice {
         }
     }
 
-    /// The same behind PROFIBUS, with its node-ID as its address, and not on CAN. What is no drive of the model stays as it is.
+    /// The same drive behind PROFIBUS instead of CAN, its node-ID being its address. A device that is no drive of
+    /// `model` stays as it is.
     #[must_use]
     pub fn on_profibus(mut self, now: Instant, model: &'static siko_profibus::Model) -> Self {
         self.kind = match self.kind {
@@ -372,7 +374,7 @@ impl SimulatedDevice {
         self
     }
 
-    /// Takes bytes of its serial interface, or of PROFIBUS, and returns what it answers.
+    /// Takes bytes from its serial interface or PROFIBUS, and returns the answer.
     pub fn answer(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
         match &mut self.kind {
             Kind::Drive(interface) => interface.answer(now, bytes),
@@ -380,7 +382,7 @@ impl SimulatedDevice {
         }
     }
 
-    /// What of its dictionary the device cannot serve; reported once.
+    /// The parts of its dictionary that the device cannot serve; reported once.
     pub fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
         match &mut self.kind {
             Kind::Sheet(device) => device.take_misconfigured(),
@@ -421,7 +423,7 @@ fn axis(servo: &Servo, now: Instant) -> String {
     format!(", {}, shaft at {:.0}, {:.0}/s", servo.state(), shaft.position, shaft.velocity)
 }
 
-/// The changes that a line makes in the syntax of scripts; the quotes around one word may be missing.
+/// The changes that a line in the syntax of scripts makes. A single word needs no quotes.
 fn changes<C: FromToml + Clone>(model: &C::Model, line: &str) -> Result<Vec<C>, Refusal> {
     let (key, value) = line.split_once('=').unwrap_or((line, ""));
     let value = value.trim();
@@ -471,10 +473,10 @@ mod tests {
     use lexican_runtime::{Duration, host::Link};
     use std::sync::{Arc, Mutex};
 
-    /// A data sheet that the library does not have.
+    /// A data sheet that is not in the library.
     const SENSOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../cli/tests/sensor.eds");
 
-    /// A device on a bus that it has booted on, and what others hear there.
+    /// A device that has booted on a bus, and a function that returns the frames of the next milliseconds.
     fn bus(device: &str) -> (VirtualBus, Arc<Mutex<SimulatedDevice>>, impl FnMut(u64) -> Vec<String>) {
         let sheet = DataSheet::load(device, &[]).unwrap();
         let bus = VirtualBus::new();
@@ -504,7 +506,7 @@ mod tests {
             carry_out(&bus, &device, "power off").unwrap();
             assert_eq!(heard(500), [""; 0], "{name}");
             assert_eq!(carry_out(&bus, &device, "status").unwrap(), "no node-ID: not on the bus", "{name}");
-            // The wish of a manager, which a loss of power ends.
+            // The heartbeat time was lost with the power.
             carry_out(&bus, &device, "power on").unwrap();
             assert_eq!(heard(500), ["705#00"], "{name}");
         }

@@ -6,13 +6,13 @@ use siko_ag03_1::sim::SimulatedDrive;
 use siko_profibus::{Model, ProfibusDrive};
 use siko_serial::sim::SerialDrive;
 
-/// Bit rate of the slave, which a terminal does not have: the silence before an answer is made of it.
+/// The bit rate of the slave, from which its silence before an answer follows. A terminal has no bit rate.
 const BIT_RATE: BitRate = BitRate(500_000);
 
-/// The pause that ends a telegram. An operating system delivers a telegram in pieces; this is longer than the gaps between them.
+/// The pause that ends a telegram: longer than the gaps within one that an operating system delivers in pieces.
 const IDLE: Duration = Duration::from_millis(2);
 
-/// Nothing is connected to it while the drive is on CAN.
+/// The interface besides CAN. While the drive is on CAN, nothing is connected to it.
 pub(super) enum Interface {
     Serial(Box<SerialDrive>),
     Profibus(Box<Slave<ProfibusDrive>>),
@@ -33,7 +33,7 @@ impl Interface {
         }
     }
 
-    /// The drive as a slave, whose address is its node-ID.
+    /// Makes the drive a PROFIBUS slave whose address is its node-ID.
     pub(super) fn into_profibus(self, now: Instant, model: &'static Model) -> Self {
         let drive = match self {
             Interface::Serial(serial) => serial.into_drive(),
@@ -45,7 +45,7 @@ impl Interface {
         Interface::Profibus(Box::new(slave.with_idle(IDLE)))
     }
 
-    /// The slave has the supply of its drive, and has lost what its master has told it.
+    /// Restarts the slave with the supply of its drive: it forgets what its master has told it.
     pub(super) fn follow_supply(&mut self, now: Instant) {
         if let Interface::Profibus(slave) = self {
             let address = slave.address();
@@ -53,7 +53,7 @@ impl Interface {
         }
     }
 
-    /// Takes bytes of the interface, and returns what it answers.
+    /// Takes bytes from the interface, and returns the answer.
     pub(super) fn answer(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
         match self {
             Interface::Serial(serial) => {

@@ -1,10 +1,10 @@
 //! Devices that exist only in software, alone or as a plant on one bus.
 //!
-//! A [`SimulatedDevice`] is made of its data sheet, or is one of the drives that have a simulator of their own. A [`Plant`] says
-//! what devices there are, what each is set to and what goes wrong between them: those of a machine (`machine.toml`), in a file
-//! or in the program. Its [`Segment`] is one [`Node`](lexican_runtime::host::Node), to be attached to a bus.
+//! A [`SimulatedDevice`] is made of its data sheet, or is a drive with a simulator of its own. A [`Plant`] describes
+//! devices, their settings and the faults between them: those of a machine (`machine.toml`), in a file or in the
+//! program. Its [`Segment`] is one [`Node`](lexican_runtime::host::Node), to be attached to a bus.
 //!
-//! What happens to a device from outside is a [`Command`]: the same one for a line that a user types and for a button.
+//! A [`Command`] acts on a device from outside, whether a user types a line or presses a button.
 //!
 //! ```
 //! use lexican_runtime::Instant;

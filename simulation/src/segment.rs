@@ -1,4 +1,4 @@
-//! Several nodes behind one link, which hear each other, and what happens to their frames.
+//! Several nodes behind one link. They hear each other, and faults may happen to their frames.
 
 use std::collections::VecDeque;
 
@@ -11,26 +11,26 @@ pub struct Segment<N> {
     stations: Vec<Station<N>>,
     faults: Vec<Happening>,
     delayed: Vec<Delayed>,
-    /// Frames that have been delivered inside, and go to the link.
+    /// Frames that have been delivered inside, and are still to go to the link.
     outgoing: VecDeque<Frame>,
 }
 
-/// A node with the transmit buffer of its controller: a frame that lost arbitration waits there.
+/// A node with the transmit buffer of its controller, where a frame that lost arbitration waits.
 struct Station<N> {
     node: N,
     buffer: Option<Frame>,
 }
 
-/// A fault of the plant.
+/// A fault of the plant and its state.
 struct Happening {
     fault: Fault,
-    /// The number of frames since it last happened in full.
+    /// The number of frames that it concerns in the present cycle of `every`.
     count: u32,
     on: bool,
 }
 
 struct Delayed {
-    /// None for the world outside.
+    /// `None` if the frame came from outside.
     sender: Option<usize>,
     frame: Frame,
     due: Instant,
@@ -57,19 +57,19 @@ impl<N: Node> Segment<N> {
         self.stations.iter_mut().map(|station| &mut station.node)
     }
 
-    /// The faults, in their order, and whether they happen.
+    /// The faults, in their order, and whether they are on.
     pub fn faults(&self) -> impl Iterator<Item = (Fault, bool)> {
         self.faults.iter().map(|happening| (happening.fault, happening.on))
     }
 
-    /// Lets the fault with this place in the order happen from now on, or no longer. `false` if there is none.
+    /// Switches the fault at this index on or off, and restarts its count. `false` if there is none.
     pub fn set_fault(&mut self, at: usize, on: bool) -> bool {
         let Some(happening) = self.faults.get_mut(at) else { return false };
         (happening.count, happening.on) = (0, on);
         true
     }
 
-    /// What the first fault that happens to a frame makes of it.
+    /// The fate of a frame, from the first fault that happens to it. All faults that concern the frame count it.
     fn fate(&mut self, sender: Option<usize>, frame: &Frame) -> Fate {
         let mut fate = None;
         for Happening { fault, count, .. } in self.faults.iter_mut().filter(|happening| happening.on) {
@@ -86,7 +86,7 @@ impl<N: Node> Segment<N> {
         fate.unwrap_or(Fate::Deliver)
     }
 
-    /// All nodes but the sender receive a frame, and the world outside, if a node sends it.
+    /// Delivers a frame to all nodes but its sender. A frame of a node also goes outside.
     fn deliver(&mut self, now: Instant, sender: Option<usize>, frame: &Frame) {
         for (receiver, station) in self.stations.iter_mut().enumerate() {
             if Some(receiver) != sender {
@@ -111,7 +111,7 @@ impl<N: Node> Segment<N> {
         }
     }
 
-    /// Of all frames that wait, takes the one that wins arbitration.
+    /// Takes the frame that wins arbitration among those that wait.
     fn arbitrate(&mut self, now: Instant) -> Option<(usize, Frame)> {
         for station in &mut self.stations {
             if station.buffer.is_none() {

@@ -1,4 +1,4 @@
-//! What a program has left behind, and what it claims.
+//! Judges what a program has left behind, and what it claims.
 
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
@@ -7,7 +7,7 @@ use super::plan::{Disturbance, Plan};
 use super::rig::{Rig, WINDOW};
 use super::seen::{End, Finding, Level, Reference, Scene};
 
-/// What there is to judge when all is over.
+/// What is known of a trial once it is over, to be judged.
 pub(super) struct Left<'a> {
     pub(super) plan: Plan,
     pub(super) reference: &'a Reference,
@@ -16,25 +16,26 @@ pub(super) struct Left<'a> {
     pub(super) end: &'a End,
     pub(super) by_itself: bool,
     pub(super) was_cut_off: bool,
-    /// The nodes whose SDO transfers are open when it ends.
+    /// The nodes whose SDO transfers were open when the program ended.
     pub(super) open: &'a [NodeId],
     pub(super) was_disturbed: bool,
-    /// How late this computer was at most.
+    /// By how much this computer polled too late, at most.
     pub(super) late: Duration,
 }
 
 impl Left<'_> {
-    /// Whether the program ended as it does undisturbed, and so claims success.
+    /// Whether the program ended by itself with the exit code of the undisturbed run, and so claims success.
     pub(super) fn claims_success(&self) -> bool {
         self.by_itself && self.reference.by_itself && self.end.code == self.reference.end.code
     }
 
-    /// Whether it could see to what it leaves behind: it was told to end, or ended by itself on a bus that it had.
+    /// Whether the program could clean up: it ended by itself or because the plan told it to, and it had bus and
+    /// supply.
     fn could_tidy_up(&self) -> bool {
         self.by_itself && !self.was_cut_off && !matches!(self.plan.disturbance, Disturbance::CutPower(_))
     }
 
-    /// What is not as it is after an undisturbed run, though the program would have seen to it.
+    /// The effects of an undisturbed run that this run does not have: positions reached and entries changed.
     fn undone(&self, rig: &Rig<'_>) -> Vec<String> {
         let mut undone = Vec::new();
         for at in &self.reference.positioning {
@@ -44,7 +45,7 @@ impl Left<'_> {
                 continue;
             };
             let (Some(is), Some(axis)) = (self.after.positions.get(at), rig.axes.get(at)) else { continue };
-            // A hundredth of the travel, and what rounding makes.
+            // Tolerance: a hundredth of the travel, and 2 for rounding.
             if (is - to).abs() > ((to - from) / 100.0).abs() + 2.0 {
                 undone.push(format!("{} stands at {is:.0} and not at {to:.0}", axis.who));
             }
@@ -59,7 +60,7 @@ impl Left<'_> {
         undone
     }
 
-    /// Entries of communication that are neither as before nor as after an undisturbed run.
+    /// Communication entries whose values are neither those before this run nor those after an undisturbed one.
     fn strange(&self) -> Vec<String> {
         let communication = Address::new(0x1000, 0)..=Address::new(0x1FFF, 0xFF);
         let neither = |key: &(usize, Address), value: &Vec<u8>| {
@@ -74,7 +75,7 @@ impl Left<'_> {
     }
 }
 
-/// An entry with its value, or that it is switched off.
+/// An entry with its value in hexadecimal digits, or that its PDO is off or maps nothing.
 fn in_words(address: Address, value: &[u8]) -> String {
     match (address.index(), address.sub(), value) {
         (0x1400..=0x15FF | 0x1800..=0x19FF, 1, [.., top]) if top & 0x80 != 0 => {
@@ -88,7 +89,7 @@ fn in_words(address: Address, value: &[u8]) -> String {
     }
 }
 
-/// The first of them, and how many more.
+/// The first six of `all`, and how many more there are.
 fn listed(all: &[String]) -> String {
     const MOST: usize = 6;
     let more = all.len().saturating_sub(MOST);
@@ -96,7 +97,7 @@ fn listed(all: &[String]) -> String {
     if more > 0 { format!("{first} and {more} more") } else { first }
 }
 
-/// Judges it.
+/// Judges a trial. Observations that are no findings are added to `notes`.
 pub(super) fn judge(left: &Left<'_>, rig: &Rig<'_>, notes: &mut Vec<String>) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut find = |level, what: String| found.push(Finding { level, what });
@@ -123,7 +124,7 @@ pub(super) fn judge(left: &Left<'_>, rig: &Rig<'_>, notes: &mut Vec<String>) -> 
     if left.was_disturbed && matches!(left.plan.disturbance, Disturbance::Freeze(_)) {
         for (at, axis) in &rig.axes {
             let usual = left.reference.peaks.get(at).copied().unwrap_or_default();
-            // More than rounding makes, and frames that come together because one of both programs was late.
+            // Tolerate rounding, and frames that bunch because one of the two programs was late.
             let bunched = left.late.as_secs_f64() / WINDOW.as_secs_f64();
             if axis.peak > usual * (1.25 + bunched) + 1.0 {
                 let peak = axis.peak;
@@ -137,7 +138,8 @@ pub(super) fn judge(left: &Left<'_>, rig: &Rig<'_>, notes: &mut Vec<String>) -> 
     found
 }
 
-/// Judges a file that a program writes, by its content before, after an undisturbed run, and now: it is as before or whole.
+/// Judges a file that the program writes. `before` is its content before the run, `whole` that after an undisturbed
+/// run. `None` if `now` is one of these; after a claim of success it must be `whole`.
 #[must_use]
 pub fn judge_file(
     name: &str,
@@ -146,7 +148,7 @@ pub fn judge_file(
     now: Option<&[u8]>,
     claims_success: bool,
 ) -> Option<Finding> {
-    // Times in it may be others: digits count as digits.
+    // All digits count as equal, because times in the file differ from run to run.
     let shape = |content: Option<&[u8]>| {
         content
             .map(|bytes| bytes.iter().map(|byte| if byte.is_ascii_digit() { b'0' } else { *byte }).collect::<Vec<u8>>())

@@ -1,9 +1,10 @@
-//! What a program leaves behind that ends at any moment: it is run against a simulated plant, disturbed at a moment that a
-//! seed decides, and judged by what moves then, what is half written, and what it claims.
+//! Trials that show what a program leaves behind when it ends or is disturbed at any moment. It runs against a simulated
+//! plant, and a seed decides when and how it is disturbed. The trial judges what moves then, what is half written, and
+//! what the program claims.
 //!
-//! A [`Plan`] says what is done when. [`Running`] is the plant as a [`Node`](lexican_runtime::host::Node), which does to bus
-//! and supply what is planned, says which signals the process gets, and ends as a [`Trial`]. A first run without a plan is the
-//! [`Reference`]. Processes and files are the caller's.
+//! A [`Plan`] says what is done and when. [`Running`] is the plant as a [`Node`](lexican_runtime::host::Node): it cuts
+//! bus or supply as planned, says which signals the process gets, and ends as a [`Trial`]. A first run without a plan
+//! gives the [`Reference`]. The caller handles processes and files.
 
 mod judge;
 mod plan;

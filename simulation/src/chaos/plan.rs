@@ -1,17 +1,17 @@
-//! What is done to a program, and when: decided by a number, the seed.
+//! The plan of a trial: what is done to a program, and when. A number, the seed, decides both.
 
 use std::fmt::{self, Display};
 
 use lexican_runtime::Duration;
 
-/// What is done.
+/// What is done to the program, to the bus or to the supply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disturbance {
     /// The program is told to end (SIGTERM).
     Terminate,
-    /// The same by Ctrl-C (SIGINT).
+    /// The program is told to end by Ctrl-C (SIGINT).
     Interrupt,
-    /// The program is ended (SIGKILL).
+    /// The program is killed (SIGKILL).
     Kill,
     /// The program is stopped for this long (SIGSTOP, SIGCONT).
     Freeze(Duration),
@@ -21,21 +21,21 @@ pub enum Disturbance {
     CutPower(Duration),
 }
 
-/// When it is done: events of the bus, which are the same in each run, and not times of a clock.
+/// When it is done: counted from events of the bus, which are the same in each run, not by a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
-    /// With this frame of the program, the first of which is 1.
+    /// At this frame of the program; the first one is 1.
     Frame(u32),
-    /// With this frame of the program that is a request by SDO.
+    /// At this SDO request of the program; the first one is 1.
     Request(u32),
-    /// So long after an axis has set off.
+    /// This long after an axis has set off.
     Moving(Duration),
 }
 
 /// What is done, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// The number that decides it.
+    /// The number that decides moment and disturbance.
     pub seed: u64,
     /// When.
     pub moment: Moment,
@@ -44,7 +44,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan of a seed, for a program that `moves` an axis or does not.
+    /// The plan of a seed. `moves` says whether the program moves an axis.
     #[must_use]
     pub fn draw(seed: u64, moves: bool) -> Self {
         let mut random = Random(seed);
@@ -53,7 +53,7 @@ impl Plan {
             3..5 => Moment::Request(random.octaves(1, 7) as u32),
             _ => Moment::Moving(Duration::from_millis(random.octaves(16, 7))),
         };
-        // Shorter than a drive needs to notice, or longer.
+        // Either shorter than a drive needs to notice, or longer.
         let mut span = || match random.below(2) {
             0 => Duration::from_millis(50 + random.below(500)),
             _ => Duration::from_millis(2_000 + random.below(1_500)),
@@ -73,7 +73,7 @@ impl Plan {
 }
 
 impl Disturbance {
-    /// How long it lasts, if it is not for good.
+    /// How long it lasts; `None` if it has no end of its own.
     #[must_use]
     pub const fn span(self) -> Option<Duration> {
         match self {
@@ -83,7 +83,7 @@ impl Disturbance {
         }
     }
 
-    /// Whether the program is asked to end, and can end as it should.
+    /// Whether it asks the program to end, so that the program can clean up.
     #[must_use]
     pub const fn is_asked(self) -> bool {
         matches!(self, Disturbance::Terminate | Disturbance::Interrupt)
@@ -121,7 +121,7 @@ impl Display for Plan {
     }
 }
 
-/// SplitMix64: the same numbers everywhere.
+/// The generator SplitMix64, whose numbers are the same on every platform.
 struct Random(u64);
 
 impl Random {
@@ -136,7 +136,8 @@ impl Random {
         self.next() % end
     }
 
-    /// A number from `first` on; each doubling, of which there are so many, is as likely: a program may be short or long.
+    /// A number of at least `first`, in one of `doublings` octaves that are equally likely: programs may be short or
+    /// long.
     const fn octaves(&mut self, first: u64, doublings: u64) -> u64 {
         let low = first << self.below(doublings);
         low + self.below(low)

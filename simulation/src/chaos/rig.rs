@@ -1,4 +1,4 @@
-//! The devices of a trial with the wire to them, and what is seen of both.
+//! The devices of a trial, the wire to them, and what is observed of both.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,14 +11,14 @@ use lexican_toolbox::decode::Decoder;
 use super::plan::Moment;
 use crate::{Plant, PlantError, Power, Segment, SimulatedDevice};
 
-/// Within which time a drive stands of which nothing else is known: a second to notice, and a second to brake.
+/// The time within which a drive of an unknown model has to stand: a second to notice, and a second to brake.
 const OTHERS_STAND_WITHIN: Duration = Duration::from_millis(2000);
 
-/// How fast an axis is, is measured over this time: what follows set-points by SYNC is faster and slower from one to the next when
-/// the computer that sends them is busy.
+/// The velocity of an axis is averaged over this time. If the computer that sends set-points by SYNC is busy, an axis
+/// that follows them is too fast at one moment and too slow at the next.
 pub(super) const WINDOW: Duration = Duration::from_millis(100);
 
-/// So many frames are kept of a trial: the last ones.
+/// The number of frames kept of a trial: the last ones.
 const FRAMES: usize = 4096;
 
 /// A frame of a trial.
@@ -28,32 +28,32 @@ pub struct Record {
     pub at: Instant,
     /// The frame.
     pub frame: Frame,
-    /// Whether it is of the program, and not of a device.
+    /// Whether the program sent it, not a device.
     pub sent: bool,
 }
 
-/// What an axis has been seen to do.
+/// What has been observed of an axis.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Axis {
-    /// The axis in words.
+    /// Its name in findings.
     pub(super) who: String,
-    /// How soon it has to stand when nothing commands it.
+    /// The time within which it has to stand once nothing commands it.
     pub(super) limit: Duration,
-    /// Of its shaft, in units of the simulation.
+    /// Position of the shaft, in units of the simulator; the velocity is in these units per second.
     pub(super) position: f64,
     pub(super) velocity: f64,
-    /// The fastest since [`Axis::forget`], over [`WINDOW`].
+    /// The highest velocity since [`Axis::forget`], averaged over [`WINDOW`].
     pub(super) peak: f64,
-    /// Where it was within the window, and once before it.
+    /// The positions within the window, and the last one before it.
     recent: VecDeque<(Instant, f64)>,
-    /// Whether it began within its limits.
+    /// Whether it was within its limits at the start.
     is_inside: bool,
-    /// Where it was outside of its limits (607Dh), and these.
+    /// The first position outside of the limits (607Dh), with the lower and the upper limit.
     pub(super) outside: Option<(i64, i64, i64)>,
 }
 
 impl Axis {
-    /// Where it is, and how fast.
+    /// Records position and velocity.
     fn note(&mut self, now: Instant, position: f64, velocity: f64) {
         (self.position, self.velocity) = (position, velocity);
         self.recent.push_back((now, position));
@@ -67,7 +67,7 @@ impl Axis {
         }
     }
 
-    /// Forgets how fast it has been.
+    /// Resets the peak velocity.
     pub(super) fn forget(&mut self) {
         self.peak = 0.0;
         self.recent.clear();
@@ -77,15 +77,15 @@ impl Axis {
 /// The devices of a plant with the wire to them.
 pub(super) struct Rig<'a> {
     segment: Segment<SimulatedDevice>,
-    /// By the place of the device.
+    /// By the index of the device in the plant.
     pub(super) axes: BTreeMap<usize, Axis>,
     servers: Vec<NodeId>,
     decoder: Decoder<'a>,
     pub(super) transfers: Transfers,
     pub(super) record: VecDeque<Record>,
-    /// What is waited for; none when it has come.
+    /// The moment that is waited for; `None` once it has come.
     trigger: Option<Moment>,
-    /// The moment has come, and the bus is held until what is to happen has happened.
+    /// Whether the moment has come: frames are held until the disturbance has happened.
     pub(super) is_due: bool,
     held: VecDeque<Frame>,
     pub(super) is_cut: bool,
@@ -141,7 +141,7 @@ impl<'a> Rig<'a> {
         Ok(rig)
     }
 
-    /// Looks at the axes.
+    /// Observes the axes: positions, limits, and whether one has set off.
     pub(super) fn look(&mut self, now: Instant) {
         for (at, device) in self.segment.nodes_mut().enumerate() {
             let Some(axis) = self.axes.get_mut(&at) else { continue };
@@ -166,7 +166,7 @@ impl<'a> Rig<'a> {
         }
     }
 
-    /// The moment is used: frames pass again.
+    /// Lets frames pass again, after the disturbance.
     pub(super) fn go_on(&mut self, now: Instant) {
         self.is_due = false;
         for frame in std::mem::take(&mut self.held) {
@@ -174,12 +174,12 @@ impl<'a> Rig<'a> {
         }
     }
 
-    /// Whether the moment has come, or may not come any more.
+    /// Whether an axis has set off.
     pub(super) fn has_moved(&self) -> bool {
         self.set_off.is_some()
     }
 
-    /// Where an axis was outside of limits that it began within.
+    /// The axes that left the limits within which they began: position, lower and upper limit.
     pub(super) fn outside(&self) -> impl Iterator<Item = (&Axis, (i64, i64, i64))> {
         self.axes.values().filter(|axis| axis.is_inside).filter_map(|axis| Some((axis, axis.outside?)))
     }
@@ -188,7 +188,7 @@ impl<'a> Rig<'a> {
         self.segment.nodes_mut().for_each(|device| device.set_power(now, power));
     }
 
-    /// What can be written in the devices, and is there now.
+    /// The values of all entries that can be both written and read.
     pub(super) fn objects(&mut self, now: Instant) -> BTreeMap<(usize, Address), Vec<u8>> {
         let mut objects = BTreeMap::new();
         for (at, device) in self.segment.nodes_mut().enumerate() {
@@ -206,7 +206,7 @@ impl<'a> Rig<'a> {
         objects
     }
 
-    /// Whether an axis travels to positions, by its mode (6061h): then it ends where it was told to.
+    /// Whether the mode of an axis (6061h) is one of positions, so that it ends where it was told to.
     pub(super) fn is_positioning(&mut self, now: Instant, at: usize) -> bool {
         let device = self.segment.nodes_mut().nth(at);
         device.and_then(|device| number(device, now, 0x6061, 0)).is_some_and(|mode| [1, 7, 8].contains(&mode))
@@ -239,7 +239,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// An integer of a device.
+/// The value of an integer entry of 1, 2 or 4 bytes.
 fn number(device: &mut SimulatedDevice, now: Instant, index: u16, sub: u8) -> Option<i64> {
     let bytes = device.value(now, Address::new(index, sub)).ok()?;
     Some(match *bytes.as_slice() {

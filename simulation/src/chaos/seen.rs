@@ -1,4 +1,4 @@
-//! What is seen of a program and a plant, and what is found wrong with it.
+//! What is observed of a program and a plant, and what is found wrong with it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display};
@@ -15,20 +15,20 @@ pub struct End {
     pub last_line: String,
 }
 
-/// What the plant is like.
+/// The state of the plant at one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Scene {
-    /// What can be written, by the place of the device and the address.
+    /// The values of writable entries, by the index of the device and the address.
     pub(super) objects: BTreeMap<(usize, Address), Vec<u8>>,
     pub(super) positions: BTreeMap<usize, f64>,
 }
 
-/// What the program does if nothing is done to it.
+/// What the program does if it is not disturbed.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// How it ends.
     pub end: End,
-    /// Whether it ends by itself, and not because it was told to.
+    /// Whether it ends without being told to.
     pub by_itself: bool,
     /// Whether an axis moves.
     pub moves: bool,
@@ -37,11 +37,11 @@ pub struct Reference {
     pub(super) before: Scene,
     pub(super) after: Scene,
     pub(super) peaks: BTreeMap<usize, f64>,
-    /// The axes that end where they were told to.
+    /// The axes in a mode of positions, which end where they were told to.
     pub(super) positioning: BTreeSet<usize>,
 }
 
-/// How much is asked for what was not seen.
+/// How strong the requirement is that a finding violates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Required.
@@ -50,12 +50,12 @@ pub enum Level {
     Should,
 }
 
-/// What is wrong.
+/// A requirement that is not met.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// How much it counts.
+    /// How strong the requirement is.
     pub level: Level,
-    /// A sentence.
+    /// What is wrong, as a sentence.
     pub what: String,
 }
 

@@ -1,4 +1,4 @@
-//! One run of a program: what is done to it when, and what is seen then.
+//! One run of a program: when and how it is disturbed, and what is observed then.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -13,24 +13,24 @@ use crate::{Plant, PlantError, Power};
 
 /// How long a program that is told to end may take to do so.
 pub const GRACE: Duration = Duration::from_millis(5_000);
-/// How long a program whose bus is lost is waited for, and one that goes on after a disturbance beyond the time that it takes
-/// undisturbed.
+/// How long to wait for a program that has lost its bus. Also: how much longer than undisturbed a program may take that
+/// goes on after a disturbance.
 const PATIENCE: Duration = Duration::from_millis(10_000);
-/// For how long nothing may move again.
+/// How long axes that have to stand are watched for renewed motion.
 const QUIET: Duration = Duration::from_millis(700);
-/// For how long a plant that does not move is watched.
+/// How long a plant that has not moved is watched.
 const BRIEF: Duration = Duration::from_millis(100);
 
-/// What is to be done to the process.
+/// What the caller has to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
-    /// A signal to the program and all that it has started.
+    /// Send a signal to the program and all processes that it has started.
     Signal(Signal),
     /// The trial is over, and the program has ended.
     Over,
 }
 
-/// The signals that are sent.
+/// A signal to the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// SIGTERM.
@@ -45,20 +45,20 @@ pub enum Signal {
     Continue,
 }
 
-/// What a trial has led to.
+/// The result of a trial.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// What was done; none in the undisturbed run.
     pub plan: Option<Plan>,
-    /// Whether the moment has come before the program ended.
+    /// Whether the moment came before the program ended.
     pub was_disturbed: bool,
-    /// What was found; nothing if all is well.
+    /// What was found wrong; empty if all is well.
     pub findings: Vec<Finding>,
-    /// What was seen beside that.
+    /// Observations that are no findings.
     pub notes: Vec<String>,
-    /// How long it took.
+    /// How long the trial took.
     pub took: Duration,
-    /// How late this computer was at most: nothing is decided by less.
+    /// By how much this computer polled too late, at most. The time to stand is extended by this.
     pub late: Duration,
     /// The last frames.
     pub frames: Vec<Record>,
@@ -69,7 +69,7 @@ pub struct Trial {
 pub struct Settings {
     /// How long the program may run before it is told to end.
     pub span: Duration,
-    /// How soon each drive has to stand, instead of what is known of it.
+    /// How soon each drive has to stand when nothing commands it; `None` for what is known of its model.
     pub dead_man: Option<Duration>,
 }
 
@@ -79,17 +79,17 @@ enum Phase {
     Before,
     /// Until the disturbance is over.
     Disturbed,
-    /// The program has been told to end: by the plan.
+    /// The plan has told the program to end, or killed it.
     Asked,
     /// The disturbance is over, and the program goes on.
     After,
-    /// The program has been told to end, because it does not by itself.
+    /// The trial has told the program to end, because it does not by itself.
     Ending,
-    /// It has ended.
+    /// The program has ended.
     Gone,
 }
 
-/// A trial that runs: a [`Node`] to which the program is connected. It sends no signals itself.
+/// A running trial: a [`Node`] to which the program is connected. It sends no signals; the caller does.
 pub struct Running<'a> {
     pub(super) rig: Rig<'a>,
     plan: Option<Plan>,
@@ -98,15 +98,15 @@ pub struct Running<'a> {
     phase: Phase,
     since: Instant,
     begun: Instant,
-    /// Since when nothing commands the axes, and what has led to that.
+    /// Since when nothing commands the axes, and why.
     watch: Option<(Instant, String)>,
     /// The axes that have stood since then.
     stood: BTreeSet<usize>,
-    /// Whether the program has ended before this one told it to.
+    /// Whether the program ended before the trial told it to, and was not killed.
     by_itself: bool,
-    /// Whether it has ended while it had no bus or no devices.
+    /// Whether the program ended during the disturbance, without bus or devices.
     was_cut_off: bool,
-    /// The nodes whose SDO transfers it has left open. A server may abort them later.
+    /// The nodes whose SDO transfers the program left open. Their servers may abort them later.
     open: Vec<NodeId>,
     was_disturbed: bool,
     before: Scene,
@@ -115,8 +115,8 @@ pub struct Running<'a> {
 }
 
 impl<'a> Running<'a> {
-    /// A trial of a plant, which is switched on at `now`: as planned, with what the program does undisturbed; or the undisturbed
-    /// run itself.
+    /// A trial of a plant that is switched on at `now`. `planned` has the plan and the undisturbed run; `None` makes
+    /// this the undisturbed run.
     pub fn new(
         now: Instant,
         plant: &'a Plant,
@@ -146,8 +146,8 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// What to do now: to be asked every few milliseconds, with whether the program has ended, and by how much the computer
-    /// was late to ask.
+    /// What to do now. To be called every few milliseconds, with whether the program has ended, and by how much this
+    /// computer was late to call.
     pub fn poll(&mut self, now: Instant, has_ended: bool, late: Duration) -> Option<Act> {
         self.late = self.late.max(late);
         self.rig.look(now);
@@ -213,13 +213,13 @@ impl<'a> Running<'a> {
         (self.phase, self.since) = (phase, now);
     }
 
-    /// Has the program end that does not by itself.
+    /// Tells a program to end that does not by itself.
     fn end(&mut self, now: Instant) -> Option<Act> {
         self.enter(now, Phase::Ending);
         Some(Act::Signal(Signal::Terminate))
     }
 
-    /// How long is watched what the program leaves behind.
+    /// How long to watch what the program leaves behind.
     fn aftermath(&self) -> Duration {
         match self.rig.axes.values().map(|axis| axis.limit).max() {
             Some(limit) if self.rig.has_moved() => limit + QUIET + self.late,
@@ -241,7 +241,7 @@ impl<'a> Running<'a> {
                 self.phase = Phase::Disturbed;
                 None
             }
-            // An axis without power runs out, whatever the program does.
+            // An axis without power coasts, whatever the program does.
             Disturbance::CutPower(_) => {
                 self.rig.set_supply(now, Power::Off);
                 return None;
@@ -251,7 +251,7 @@ impl<'a> Running<'a> {
         signal
     }
 
-    /// Ends what was done to bus and supply.
+    /// Restores bus and supply.
     fn restore(&mut self, now: Instant) {
         self.rig.is_cut = false;
         if self.was_disturbed
@@ -267,7 +267,7 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Judges what moves though nothing commands it.
+    /// Judges axes that move though nothing commands them.
     fn judge_motion(&mut self, now: Instant) {
         let Some((since, what)) = &self.watch else { return };
         let (gone, mut found) = (now.since(*since), Vec::new());
@@ -287,7 +287,7 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// What the undisturbed run is like, once it is over.
+    /// Makes the reference of the undisturbed run, once it is over.
     pub fn into_reference(mut self, now: Instant, end: End) -> (Reference, Trial) {
         let after = scene(&mut self.rig, now);
         let axes: Vec<usize> = self.rig.axes.keys().copied().collect();
@@ -305,8 +305,8 @@ impl<'a> Running<'a> {
         (reference, self.into_trial(now, Vec::new()))
     }
 
-    /// What the trial has led to, once it is over; `files` is what was found in the files that the program writes, by whether it
-    /// claims success.
+    /// The result of the trial, once it is over. `files` gets whether the program claims success, and returns the
+    /// findings in the files that the program writes.
     pub fn conclude(mut self, now: Instant, end: &End, files: impl FnOnce(bool) -> Vec<Finding>) -> Trial {
         let mut notes = Vec::new();
         let Some((reference, plan)) = self.reference.zip(self.plan) else { return self.into_trial(now, notes) };

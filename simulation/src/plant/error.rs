@@ -1,4 +1,4 @@
-//! Why devices cannot be simulated.
+//! The errors of a plant.
 
 use std::ops::Range;
 
@@ -11,15 +11,15 @@ use crate::device::SimulationError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlantError {
-    /// A machine, or a script, has mistakes.
+    /// A machine or a script has mistakes.
     #[error("{file} cannot be simulated\n\n{findings}")]
     Wrong {
         /// The file.
         file: String,
-        /// What is wrong, with the lines that it is about; each ends with an empty line.
+        /// What is wrong, with the lines in question; each finding ends with an empty line.
         findings: String,
     },
-    /// The device of no machine.
+    /// A device that belongs to no machine cannot be simulated.
     #[error(transparent)]
     Device(#[from] SimulationError),
 }

@@ -1,4 +1,4 @@
-//! A plant: simulated devices on one bus, what each of them is set to, and what goes wrong between them.
+//! A plant: simulated devices on one bus, their settings, and the faults between them.
 
 mod error;
 
@@ -23,7 +23,7 @@ use super::segment::Segment;
 
 pub use error::PlantError;
 
-/// The bit rate of a simulated bus, unless its machine has another one.
+/// The bit rate of a simulated bus, unless its machine states another one.
 const BIT_RATE_KBIT: u32 = 500;
 
 /// The URL of a bus with simulated devices inside a program.
@@ -36,7 +36,7 @@ pub const SCHEME: Scheme = Scheme {
     open: elsewhere,
 };
 
-/// Whether the name of a device is that of a machine's file, or of one of its buses: `machine.toml#left`.
+/// Whether `name` is the file of a machine, perhaps with one of its buses: `machine.toml#left`.
 #[must_use]
 pub fn is_machine(name: &str) -> bool {
     Machine::file_and_bus(Path::new(name)).0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
@@ -49,7 +49,7 @@ pub struct Plant {
     pub bit_rate_kbit: u32,
     /// At least one.
     pub devices: Vec<PlantDevice>,
-    /// What goes wrong between them.
+    /// The faults that happen between them.
     pub faults: Vec<Fault>,
 }
 
@@ -58,7 +58,7 @@ pub struct Plant {
 pub struct PlantDevice {
     /// `None` for a device that gets its node-ID by LSS.
     pub node: Option<NodeId>,
-    /// What its machine calls it.
+    /// Its name in the machine.
     pub name: Option<String>,
     /// The name of its data sheet: a path, or a device of the library.
     pub device: String,
@@ -66,16 +66,16 @@ pub struct PlantDevice {
     pub sheet: Arc<DataSheet>,
     /// The file for stored parameters.
     pub eeprom: Option<PathBuf>,
-    /// What happens to it by itself: a file and its text.
+    /// The script of what happens to it: a file with its text.
     pub script: Option<Source>,
     stated: Option<Stated>,
 }
 
-/// What a machine says of a device.
+/// What a machine's file says about a device.
 #[derive(Debug)]
 struct Stated {
     input: Arc<Input>,
-    /// Its name in the file.
+    /// Where the file names it.
     place: Range<usize>,
     simulated: Simulated,
 }
@@ -87,7 +87,7 @@ impl Plant {
         Plant { bit_rate_kbit: BIT_RATE_KBIT, devices: vec![device], faults: Vec::new() }
     }
 
-    /// The devices of a machine in a text, which errors call `name`.
+    /// Parses the devices of a machine. Errors call the text `name`.
     pub fn parse(text: &str, name: &str, files: Files<'_>) -> Result<Self, PlantError> {
         Plant::of_machine(&Machine::parse(Source::new(name, text), files))
     }
@@ -103,13 +103,13 @@ impl Plant {
         Ok(Plant { bit_rate_kbit, devices, faults: machine.faults.clone() })
     }
 
-    /// The devices, which are switched on at `now`, behind one link.
+    /// The devices behind one link, switched on at `now`.
     pub fn segment(&self, now: Instant) -> Result<Segment<SimulatedDevice>, PlantError> {
         let devices = self.devices.iter().map(|device| device.simulate(now)).collect::<Result<Vec<_>, _>>()?;
         Ok(self.wire(devices))
     }
 
-    /// The devices on a bus of their own, which are switched on; the program that has them can change them.
+    /// The devices, switched on, on a new bus. The program can change them meanwhile.
     #[expect(clippy::type_complexity, reason = "a bus, and what it shares with the program")]
     pub fn on_own_bus(&self, pace: Pace) -> Result<(VirtualBus, Arc<Mutex<Segment<SimulatedDevice>>>), PlantError> {
         let bus = VirtualBus::with_bit_rate(self.bit_rate_kbit);
@@ -119,7 +119,7 @@ impl Plant {
         Ok((bus, devices))
     }
 
-    /// A link to the devices on a bus of their own, which are switched on.
+    /// A link to the devices, switched on, on a new bus.
     pub fn link(&self, pace: Pace) -> Result<VirtualLink, PlantError> {
         let bus = VirtualBus::with_bit_rate(self.bit_rate_kbit);
         bus.set_pace(pace);
@@ -127,7 +127,8 @@ impl Plant {
         Ok(bus.link())
     }
 
-    /// Switches the devices on, and puts them on a bus: each with a controller of its own, unless faults happen between them.
+    /// Switches the devices on, and attaches them to a bus: each by itself, or all as one [`Segment`] if there are
+    /// faults.
     pub fn attach(&self, bus: &VirtualBus) -> Result<(), PlantError> {
         if !self.faults.is_empty() {
             bus.attach(self.segment(bus.now())?);
@@ -139,7 +140,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Nodes for its devices, in their order, behind one link.
+    /// Puts nodes for its devices, in the same order, behind one link with its faults.
     #[must_use]
     pub fn wire<N: Node>(&self, nodes: Vec<N>) -> Segment<N> {
         Segment::new(nodes, &self.faults)
@@ -147,7 +148,7 @@ impl Plant {
 }
 
 impl PlantDevice {
-    /// A device with the values of its data sheet, of the name `device`.
+    /// A device with the defaults of its data sheet, whose name is `device`.
     #[must_use]
     pub fn new(node: Option<NodeId>, device: &str, sheet: impl Into<Arc<DataSheet>>) -> Self {
         let (name, device, sheet) = (None, device.to_owned(), sheet.into());
@@ -166,12 +167,12 @@ impl PlantDevice {
             eeprom: simulated.eeprom.clone(),
             script: simulated.script.clone(),
             stated: Some(Stated { input: Arc::clone(input), place, simulated }),
-            // One that gets its node-ID by LSS has none before.
+            // A device that gets its node-ID by LSS begins without one.
             ..PlantDevice::new(node.id.filter(|_| node.lss.is_none()), device, Arc::clone(sheet))
         })
     }
 
-    /// The device, which is switched on at `now`, and set to what its machine says.
+    /// The device, switched on at `now`, with the settings of its machine.
     pub fn simulate(&self, now: Instant) -> Result<SimulatedDevice, PlantError> {
         let device = SimulatedDevice::new(now, &self.sheet, self.node, self.eeprom.as_deref());
         let mut device = device.map_err(|error| match &self.stated {
@@ -197,7 +198,7 @@ impl PlantDevice {
 }
 
 impl Stated {
-    /// Gives a device its settings, inputs and steps.
+    /// Applies settings, inputs and steps to a device.
     fn set(&self, now: Instant, device: &mut SimulatedDevice) -> Result<(), PlantError> {
         let Stated { input, simulated: Simulated { settings, inputs, steps, .. }, .. } = self;
         for setting in settings {

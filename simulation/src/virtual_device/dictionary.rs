@@ -11,10 +11,10 @@ use lexican_toolbox::values::wire::parse;
 use lexican_toolbox::values::{Limits, address};
 use simulator::Storage;
 
-/// The `$NODEID` of a device without node-ID, whose dictionary cannot be read.
+/// Stands for `$NODEID` in a device without a node-ID, whose dictionary cannot be read.
 pub(super) const NO_NODE: NodeId = NodeId::literal(127);
 
-/// The most bytes of an entry.
+/// The largest size of an entry, in bytes.
 const MAX_BYTES: usize = 1024 * 1024;
 
 #[derive(Clone, Debug)]
@@ -28,13 +28,13 @@ pub(super) struct SheetDictionary {
 #[derive(Clone, Debug)]
 struct Slot {
     entry: Entry,
-    /// The same by the data sheet.
+    /// The entry in the data sheet.
     sheet: model::Entry,
     default: Vec<u8>,
-    /// Whether the data sheet has the default.
+    /// Whether the default is from the data sheet.
     is_given: bool,
     value: Vec<u8>,
-    /// The first part of a value whose transfer goes on.
+    /// The bytes received so far of a value whose transfer is in progress.
     partial: Vec<u8>,
 }
 
@@ -64,13 +64,13 @@ impl SheetDictionary {
         writable.map(|slot| slot.entry.address).collect()
     }
 
-    /// Whether the device can have stored this value of an entry.
+    /// Whether the device could have stored this value of an entry.
     pub(super) fn can_keep(&self, address: Address, data: &[u8]) -> bool {
         let fits = |slot: &Slot| slot.entry.data_type.size().is_none_or(|size| size == data.len());
         self.slots.get(&address).is_some_and(|slot| (slot.sheet.persistent || slot.is_stored()) && fits(slot))
     }
 
-    /// Whether an entry is stored without a command.
+    /// Whether an entry is stored without a store command.
     pub(super) fn is_persistent(&self, address: Address) -> bool {
         self.slots.get(&address).is_some_and(|slot| slot.sheet.persistent)
     }
@@ -88,7 +88,7 @@ impl SheetDictionary {
         }
     }
 
-    /// Whether an entry can have a value: by its size and its limits, which may depend on another entry.
+    /// Checks a value against the size of an entry and its limits, which may depend on another entry.
     fn check(&self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         let slot = self.slots.get(&address).ok_or(AbortCode::NO_SUCH_OBJECT)?;
         if let Some(size) = slot.entry.data_type.size() {
@@ -110,7 +110,7 @@ impl SheetDictionary {
         }
     }
 
-    /// Makes numbers the defaults of entries for which the data sheet has none. Those out of their limits are left out.
+    /// Makes numbers the defaults of entries for which the data sheet has none. Numbers beyond the limits are ignored.
     pub(super) fn supply_defaults(&mut self, defaults: &[(Address, i64)]) {
         for &(address, value) in defaults {
             let Some(slot) = self.slots.get(&address).filter(|slot| !slot.is_given) else { continue };
@@ -120,7 +120,7 @@ impl SheetDictionary {
         }
     }
 
-    /// Makes bytes the default of an entry, if there is one that can have them.
+    /// Makes bytes the default of an entry, if it exists and accepts them.
     pub(super) fn supply_default(&mut self, address: Address, data: &[u8]) {
         if self.set(address, data).is_ok()
             && let Some(slot) = self.slots.get_mut(&address)
@@ -137,7 +137,7 @@ impl SheetDictionary {
         }
     }
 
-    /// Takes over what a reset of the communication leaves alone: all but 1000h to 1FFFh (CiA 301, 7.3.2.2.1).
+    /// Takes over from `before` what a reset communication keeps: all but 1000h to 1FFFh (CiA 301, 7.3.2.2.1).
     pub(super) fn keep_application(&mut self, mut before: Self) {
         for (address, slot) in &mut self.slots {
             if let Some(old) =
@@ -164,7 +164,7 @@ impl Slot {
                 offset: 0,
                 capacity: u16::try_from(data_type.size().unwrap_or(0)).unwrap_or(u16::MAX),
                 limit: 0,
-                // The value of the slot has the node-ID in it.
+                // The value already includes the node-ID.
                 plus_node: false,
             },
             sheet: entry.clone(),
@@ -255,7 +255,7 @@ impl ObjectDictionary for SheetDictionary {
         slot.partial.extend(data);
         if last {
             let whole = std::mem::take(&mut slot.partial);
-            // A default may be beyond the limits of its own data sheet: what is held can be written back.
+            // A default may violate the limits of its own data sheet, so the present value can always be written back.
             if whole == slot.value {
                 return Ok(());
             }

@@ -24,7 +24,7 @@ use simulator::servo::script::{Change, Script, Seen};
 use simulator::servo::{self, Inputs, Servo, ServoModel};
 use simulator::{Memory, Storage};
 
-/// What makes a device a drive that moves: 6040h, 6041h, 6060h.
+/// Control word, status word and mode of operation. A device with all three is a drive that moves.
 const DRIVE: [Address; 3] = [Address::new(0x6040, 0), Address::new(0x6041, 0), Address::new(0x6060, 0)];
 
 /// The device of a data sheet: a [`Node`], to be attached to a bus.
@@ -43,13 +43,13 @@ pub struct VirtualDevice {
     /// The axis of a drive with control word, status word and modes.
     servo: Option<Servo>,
     following: Following<Change>,
-    /// Of a device with a boot loader.
+    /// `None` without a boot loader.
     loader: Option<Loader>,
-    /// What of the dictionary was inconsistent at the last boot.
+    /// The parts of the dictionary that were inconsistent at the last boot.
     misconfigured: Vec<Misconfigured>,
 }
 
-/// Whether the device of a data sheet stores a value of an entry.
+/// Whether the device of a data sheet could have stored a value of an entry.
 pub(super) fn keeps(sheet: &model::Device) -> impl Fn(Address, &[u8]) -> bool {
     let dictionary = SheetDictionary::new(dictionary::NO_NODE, sheet);
     move |address, value| dictionary.can_keep(address, value)
@@ -142,22 +142,22 @@ impl VirtualDevice {
         self.serves_lss
     }
 
-    /// Whether it is a drive that moves.
+    /// The axis of a drive; `None` while it is off.
     pub(super) fn servo(&self) -> Option<&Servo> {
         self.servo.as_ref().filter(|_| self.on)
     }
 
-    /// The world around a drive.
+    /// The inputs of a drive.
     pub(super) fn world(&self) -> Option<&Inputs> {
         self.servo.as_ref().map(Servo::inputs)
     }
 
-    /// Which drive it is, if it moves.
+    /// The model of a drive.
     pub(super) fn model(&self) -> Option<&'static ServoModel> {
         self.servo.as_ref().map(Servo::model)
     }
 
-    /// Lets one thing happen to the drive; none to a device that is no drive, except for its power.
+    /// Applies a change to the drive. A device that is no drive follows only changes of its power.
     pub(super) fn apply(&mut self, now: Instant, change: &Change) {
         match (change, &mut self.servo) {
             (Change::Input(setting), Some(servo)) => {
@@ -174,7 +174,7 @@ impl VirtualDevice {
         self.report(now);
     }
 
-    /// Lets `script` happen to the drive, beginning at `now`.
+    /// Runs `script` on the drive, beginning at `now`.
     pub(super) fn follow_script(&mut self, now: Instant, script: Script) {
         self.following = Following::new(now, script);
         self.run_script(now);
@@ -218,8 +218,8 @@ impl VirtualDevice {
         self.dictionary.value(address).map(<[u8]>::to_vec)
     }
 
-    /// Changes a value from inside the device: regardless of its access, but within its size and limits. What configures
-    /// the communication takes effect.
+    /// Changes a value from inside the device: regardless of its access, but within its size and limits. A
+    /// configuration of the communication takes effect.
     pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.measure(now);
         if cia301::COMMUNICATION.contains(&address.index())
@@ -250,7 +250,7 @@ impl VirtualDevice {
         self.memory.trouble()
     }
 
-    /// What of the dictionary the device could not serve at its last boot; reported once.
+    /// The parts of the dictionary that the device could not serve at its last boot; reported once.
     pub(super) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
         std::mem::take(&mut self.misconfigured)
     }
@@ -289,7 +289,7 @@ impl VirtualDevice {
         self.report(now);
     }
 
-    /// Stores an entry that is kept without a store command.
+    /// Stores an entry that needs no store command.
     fn keep(&mut self, address: Address) {
         if self.dictionary.is_persistent(address)
             && let Ok(value) = self.dictionary.value(address)
@@ -483,7 +483,7 @@ mod tests {
         let mut read = |index| network.read_bytes(NODE, Address::new(index, 0)).unwrap();
         assert_eq!(read(0x6064), 2000_i32.to_le_bytes());
         assert_eq!(u16::from_le_bytes(read(0x6041).try_into().unwrap()), 0x1637);
-        // A power cut forgets the position; the limit switch stays where it is.
+        // Reset node loses the position; the limit switch stays where it is.
         network.command(lexican_runtime::wire::nmt::NmtCommand::ResetNode, Some(NODE)).unwrap();
         bus.advance(Duration::from_millis(10));
         assert_eq!(network.read_bytes(NODE, Address::new(0x6064, 0)).unwrap(), [0; 4]);

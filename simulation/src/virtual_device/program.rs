@@ -6,10 +6,10 @@ use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::program::{Order, Program, Programming};
 use lexican_runtime::service::snapshot::{Flash, FlashError};
 
-/// How many bytes it has, the seal of the program included.
+/// The size of the flash in bytes, including the seal of the program.
 const SIZE: usize = 1 << 20;
 
-/// A flash that outlives a loss of power, as long as the command lasts.
+/// A flash in memory: it keeps its content without power, but only until the command ends.
 #[derive(Clone, Debug)]
 pub(super) struct Ram(Box<[u8]>);
 
@@ -48,20 +48,20 @@ impl Flash for Ram {
     }
 }
 
-/// What makes a device one with a boot loader (CiA 302-3).
+/// A device with these entries has a boot loader (CiA 302-3).
 pub(super) const BOOT_LOADER: [Address; 2] = [Address::new(PROGRAM_DATA, 1), Address::new(PROGRAM_CONTROL, 1)];
 
-/// A boot loader, whose entries hold what the data sheet declares of the program that the device comes with, until a client
-/// gives an order or loads another program.
+/// A boot loader. Its entries hold what the data sheet declares about the program that the device comes with, until a
+/// client gives an order or loads another program.
 #[derive(Clone, Debug)]
 pub(super) struct Loader {
     program: Program<Ram>,
-    /// The entries that the data sheet declares, as long as they count.
+    /// The entries that still have the values of the data sheet.
     declared: Vec<Address>,
 }
 
 impl Loader {
-    /// A loader of a device whose data sheet gives values to some entries.
+    /// A loader for a device. `is_given` says whether its data sheet gives an entry a value.
     pub(super) fn new(is_given: impl Fn(Address) -> bool) -> Self {
         let held = [PROGRAM_CONTROL, PROGRAM_SOFTWARE_IDENTIFICATION, PROGRAM_FLASH_STATUS];
         let declared = held.map(|index| Address::new(index, 1)).into_iter().filter(|&address| is_given(address));
