@@ -1,4 +1,4 @@
-//! Who is to be asked and when, so that an event costs nothing for the nodes that sleep.
+//! Which controllers are to be called and when, so that an event costs nothing for the nodes that sleep.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -7,23 +7,23 @@ use std::vec::Vec;
 use super::controller::Controller;
 use crate::{Frame, Instant};
 
-/// What controllers, which are known by their places, have to do.
+/// What the controllers have to do. Each is known by its place, an index.
 #[derive(Default)]
 pub(super) struct Agenda {
-    /// When each frame of a mailbox is handled.
+    /// When each frame in a mailbox is handled.
     mail: Times,
-    /// When nodes are due, of settled controllers; and when they were before `due_of` changed.
+    /// Deadlines of settled controllers. An entry that differs from `due_of` is out of date.
     due: Times,
     due_of: Vec<Option<Instant>>,
-    /// Controllers of nodes that change without being called.
+    /// Controllers whose nodes change without being called.
     unsettled: Vec<usize>,
-    /// Controllers that may have something to send, in any order: not those that had nothing, and were not called since.
+    /// Controllers that may have a frame to send, in any order. One that had none is left out until it is called.
     senders: Vec<usize>,
     /// Whether a place is among the senders.
     is_sender: Vec<bool>,
 }
 
-/// The earliest first, and of several the one with the lowest place.
+/// Ordered by time, then by place.
 type Times = BinaryHeap<Reverse<(Instant, usize)>>;
 
 fn first(times: &Times) -> Option<Instant> {
@@ -41,7 +41,7 @@ impl Agenda {
         self.note(place, controller);
     }
 
-    /// The controller was called.
+    /// Updates the agenda after a call of the controller.
     pub(super) fn note(&mut self, place: usize, controller: &Controller) {
         if !std::mem::replace(&mut self.is_sender[place], true) {
             self.senders.push(place);
@@ -63,7 +63,7 @@ impl Agenda {
         }
     }
 
-    /// A frame is in the mailbox of a controller until it is handled.
+    /// Notes when the controller will have handled a frame in its mailbox.
     pub(super) fn add_mail(&mut self, handled: Instant, place: usize) {
         self.mail.push(Reverse((handled, place)));
     }

@@ -8,10 +8,10 @@ use super::state::State;
 use crate::host::node::lock;
 use crate::{Duration, Frame, Instant};
 
-/// A node's place on a [`VirtualBus`](super::VirtualBus): to disturb the one node, and to see how it copes. Clones are
-/// handles of the same place; dropping them leaves the node where it is.
+/// A node's place on a [`VirtualBus`](super::VirtualBus), to disturb this node and to see how it copes. Clones are
+/// handles of the same place; the node stays attached when they are dropped.
 ///
-/// Not to be used while the bus calls the node.
+/// Not to be used while the bus calls the node, because each method waits for the bus.
 ///
 /// ```
 /// use lexican_runtime::host::VirtualBus;
@@ -36,8 +36,8 @@ impl Attachment {
         Attachment { state, place }
     }
 
-    /// Pulls the plug: the node hears nothing, and what it sends waits. A frame that it is sending is cut off, and sent
-    /// again when it is [attached](Attachment::attach).
+    /// Pulls the plug: the node receives nothing, and what it sends waits. A frame on the wire from this node is cut
+    /// off, and sent again when it is [attached](Attachment::attach).
     pub fn detach(&self) {
         let mut state = lock(&self.state);
         if let Some(frame) = state.cut_off(self.place) {
@@ -51,29 +51,30 @@ impl Attachment {
         self.with_controller(|controller, _| controller.set_attached(true));
     }
 
-    /// The node loses its power, and its controller all frames. See [`Node::set_power`](crate::host::Node::set_power).
+    /// Cuts the power of the node; its controller loses all frames. See
+    /// [`Node::set_power`](crate::host::Node::set_power).
     pub fn power_off(&self) {
         lock(&self.state).cut_off(self.place);
         self.with_controller(|controller, now| controller.set_power(now, false));
     }
 
-    /// The node gets its power back.
+    /// Restores the power of the node.
     pub fn power_on(&self) {
         self.with_controller(|controller, now| controller.set_power(now, true));
     }
 
-    /// How long the node takes for each frame that [concerns](crate::host::Node::concerns) it, from now on. It handles one
-    /// after the other; what comes meanwhile waits in the mailbox.
+    /// Sets how long the node takes for each frame that [concerns](crate::host::Node::concerns) it. It handles one
+    /// after the other; frames that come meanwhile wait in the mailbox.
     ///
-    /// In the beginning a link takes no time, nor does a node of a bus on which frames take none; other nodes take 100 us,
-    /// as microcontrollers do.
+    /// The default is zero for a link, and for a node on a bus without a bit rate; it is 100 us for other nodes, as for
+    /// a microcontroller.
     pub fn set_response_time(&self, response_time: Duration) {
         self.with_controller(|controller, _| controller.response_time = response_time);
     }
 
-    /// How many frames the mailbox has room for, the one that is being handled among them; in the beginning, for all. A
-    /// frame for which there is no room is lost. The mailbox of a link is what its application has not received, and the
-    /// loss is reported there ([`Incoming::Gap`](crate::host::Incoming::Gap)).
+    /// Sets the size of the mailbox in frames, including the one that is being handled; unlimited by default. A frame
+    /// for which there is no room is lost. The mailbox of a link holds what its application has not received; the link
+    /// reports the loss ([`Incoming::Gap`](crate::host::Incoming::Gap)).
     ///
     /// # Panics
     ///
@@ -89,8 +90,8 @@ impl Attachment {
         self.with_controller(|controller, _| controller.overruns())
     }
 
-    /// Calls `fate` for each frame that the node sends, with its number from 0, to decide what happens to it. On a frame
-    /// that is to be delivered, the fate of the [bus](super::VirtualBus::set_fate) has the last word.
+    /// Calls `fate` for each frame that the node sends, with its number from 0, to decide what happens to it. For
+    /// [`Fate::Deliver`], the fate of the [bus](super::VirtualBus::set_fate) decides.
     pub fn set_fate(&self, fate: impl FnMut(u64, &Frame) -> Fate + Send + 'static) {
         self.with_controller(|controller, _| controller.judge = Judge::new(fate));
     }

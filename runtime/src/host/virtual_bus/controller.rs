@@ -13,33 +13,33 @@ use crate::{CobId, Duration, Frame, Instant};
 /// A CAN controller with acceptance filters, a mailbox and a transmit buffer of one frame, and the node behind it.
 pub(super) struct Controller {
     node: Box<dyn Node + Send>,
-    /// The queues of a link; the node is these.
+    /// The queues of a link, which are then the node.
     link: Option<Arc<Mutex<Inbox>>>,
-    /// Whether the node is due at `due` until it is called again. Otherwise it is asked each time.
+    /// Whether `due` is valid until the next call of the node. Otherwise the node is asked each time.
     pub(super) is_settled: bool,
     due: Option<Instant>,
     is_attached: bool,
     has_power: bool,
-    /// A frame that lost arbitration waits here, and what else the node has to send waits behind it.
+    /// The next frame to send. If it loses arbitration, it and all later frames of the node wait.
     buffer: Option<Frame>,
     /// How long the node takes to handle a frame.
     pub(super) response_time: Duration,
-    /// The frames that the node has not handled, each with the time when it will have done so.
+    /// Frames that the node has not handled yet, each with the time when it will have done so.
     mailbox: VecDeque<(Instant, Frame)>,
     capacity: usize,
     overruns: u64,
-    /// The filters: the identifiers that concern the node, in this generation of them.
+    /// The acceptance filters: the identifiers that concern the node, and their generation.
     accepted: Option<(u32, BTreeSet<CobId>)>,
     /// Decides the fate of the frames that it sends.
     pub(super) judge: Judge,
 }
 
-/// What a controller does with a frame.
+/// What became of a frame that a controller received.
 pub(super) enum Taken {
-    /// Its filters or a full mailbox leave it out.
+    /// The filters or a full mailbox rejected it.
     Not,
     Handled,
-    /// It is in the mailbox, until the node has handled it.
+    /// It is in the mailbox until this time.
     Until(Instant),
 }
 
@@ -62,10 +62,10 @@ impl Controller {
         }
     }
 
-    /// A link. It reports a frame when it comes, as the controllers of interfaces take its time.
+    /// The controller of a link. It reports frames at once, as interfaces do, which time-stamp them in the controller.
     pub(super) fn of_link(inbox: &Arc<Mutex<Inbox>>) -> Self {
         let controller = Controller::new(Box::new(Arc::clone(inbox)), Duration::ZERO);
-        // It is never due, and the link says when it sends.
+        // It has no deadlines, and the link reports when it sends.
         Controller { link: Some(Arc::clone(inbox)), is_settled: true, ..controller }
     }
 
@@ -97,7 +97,7 @@ impl Controller {
         self.overruns + self.link.as_ref().map_or(0, |inbox| lock(inbox).overruns)
     }
 
-    /// A link reports the state of the bus.
+    /// Reports the state of the bus to the link, if this is one.
     pub(super) fn report(&self, condition: BusState) {
         if let Some(inbox) = &self.link {
             lock(inbox).take(Incoming::State(condition));
@@ -115,12 +115,12 @@ impl Controller {
         self.buffer
     }
 
-    /// It has won arbitration.
+    /// Ends the transmission of the buffered frame: it has won arbitration.
     pub(super) const fn win(&mut self) {
         self.buffer = None;
     }
 
-    /// Its frame was cut off, and is sent again.
+    /// Keeps a frame that was cut off, to send it again.
     pub(super) const fn hold(&mut self, frame: Frame) {
         self.buffer = Some(frame);
     }
@@ -141,7 +141,7 @@ impl Controller {
             self.overruns += 1;
             return Taken::Not;
         }
-        // One after the other.
+        // The node handles one frame after the other.
         let begins = self.mailbox.back().map_or(now, |(handled, _)| *handled);
         let handled = begins + self.response_time;
         self.mailbox.push_back((handled, *frame));
@@ -157,7 +157,7 @@ impl Controller {
         accepted.is_empty() || accepted.contains(&id)
     }
 
-    /// The node handles the oldest frame of the mailbox, if it is done with it by `now`.
+    /// Lets the node handle the oldest frame of the mailbox, if its time has come.
     pub(super) fn handle_mail(&mut self, now: Instant) {
         if self.mailbox.front().is_some_and(|(handled, _)| *handled <= now)
             && let Some((_, frame)) = self.mailbox.pop_front()
@@ -172,7 +172,7 @@ impl Controller {
         }
     }
 
-    /// When the node does something by itself.
+    /// The deadline of the node.
     pub(super) fn node_timeout(&self) -> Option<Instant> {
         if !self.has_power {
             return None;

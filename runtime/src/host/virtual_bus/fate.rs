@@ -19,7 +19,7 @@ pub enum Fate {
     Delay(Duration),
 }
 
-/// Decides about frames by their number from 0.
+/// Decides the fate of a frame by its number, from 0.
 type Decision = Box<dyn FnMut(u64, &Frame) -> Fate + Send>;
 
 /// Decides about frames, and counts them.

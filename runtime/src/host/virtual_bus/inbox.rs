@@ -9,9 +9,9 @@ use crate::{CobId, Frame, Instant};
 pub(super) struct Inbox {
     pub(super) incoming: VecDeque<Incoming>,
     pub(super) outgoing: VecDeque<Frame>,
-    /// The frames that come in; all, when there are none.
+    /// The identifiers that the link receives; all if empty.
     pub(super) wanted: BTreeSet<CobId>,
-    /// How many may wait until they are read.
+    /// How many frames may wait until they are read.
     pub(super) capacity: usize,
     pub(super) overruns: u64,
     closed: bool,
@@ -29,7 +29,7 @@ impl Inbox {
         }
     }
 
-    /// Takes nothing from now on. What is to be sent still is.
+    /// Rejects all that comes from now on. What is queued to be sent is still sent.
     pub(super) fn close(&mut self) {
         self.closed = true;
         self.incoming.clear();

@@ -23,7 +23,7 @@ impl VirtualLink {
         VirtualLink { state, clock, inbox, attachment }
     }
 
-    /// Its place on the bus: the interface may be unplugged, slow, or short of room.
+    /// Its place on the bus, to unplug it, slow it down or limit its mailbox.
     #[must_use]
     pub fn attachment(&self) -> Attachment {
         self.attachment.clone()

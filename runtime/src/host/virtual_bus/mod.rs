@@ -1,22 +1,23 @@
 //! A CAN bus inside the process, in virtual time.
 //!
-//! One frame at a time, for as long as its bits take, stuff bits and the intermission after it among them. A frame that is
-//! ready while the bus is busy waits in the transmit buffer of its node; of the frames that wait, the one with the lowest
-//! identifier goes first (ISO 11898-1). All nodes but the sender receive it, and take a while to handle it. Time jumps from event to
-//! event, so an hour of a slow drive takes milliseconds, and the same program gives the same log every time.
+//! The bus carries one frame at a time, for as long as its bits take, including stuff bits and the intermission. A
+//! frame that is ready while the bus is busy waits in the transmit buffer of its node; of the frames that wait, the one
+//! with the lowest identifier goes first (ISO 11898-1). All nodes but the sender receive it, and take a while to handle
+//! it. Time jumps from event to event, so an hour of a slow drive takes milliseconds, and the same program gives the
+//! same log every time.
 //!
-//! A node may be [unplugged, without power, or slow](Attachment). Faults are injected frame by frame ([`Fate`]), by those
-//! that one node sends or by all.
+//! A node may be [unplugged, without power, or slow](Attachment). Faults are injected frame by frame ([`Fate`]), for
+//! all frames or for those of one node.
 //!
-//! What a bus has besides, and this one does not:
+//! What a real bus has, and this one has not:
 //!
 //! - Bit errors and error frames: a frame is lost for all nodes or for none, and is not sent again. The states of the
-//!   controllers are [set](VirtualBus::set_state), and do not come of errors.
-//! - Nodes that do not hear each other's acknowledgements: a frame counts as sent also on a bus without another node.
-//! - Two nodes that send with the same identifier: here one waits for the other; on a bus, an error follows where their
-//!   frames differ.
+//!   controllers are [set](VirtualBus::set_state), and do not follow from errors.
+//! - Missing acknowledgements: a frame counts as sent even if there is no other node.
+//! - Two nodes that send with the same identifier: here one waits for the other; on a real bus, an error follows where
+//!   their frames differ.
 //! - Clocks that drift: all nodes have the time of the bus, and the same bit rate.
-//! - The two bit times by which a frame is received before it is over.
+//! - Reception before the end of a frame: a real controller accepts it two bit times earlier.
 
 mod agenda;
 mod attachment;
@@ -40,8 +41,9 @@ use super::node::lock;
 use super::{BusState, Node};
 use crate::{Duration, Frame, Instant};
 
-/// How long a node takes for a frame where frames take time: as a microcontroller whose main loop has other things to do.
-/// Without it an SDO server would answer in the intermission, and its client ask again, and nothing else would get through.
+/// How long a node takes for a frame on a bus with a bit rate: as a microcontroller whose main loop has other work.
+/// Without this time, an SDO server would answer within the intermission, its client would ask again, and nothing else
+/// would get through.
 const RESPONSE_TIME: Duration = Duration::from_micros(100);
 
 /// How fast virtual time passes.
@@ -50,7 +52,7 @@ pub enum Pace {
     /// As fast as the machine can compute it.
     #[default]
     Virtual,
-    /// As fast as the clock on the wall.
+    /// As fast as the wall clock.
     RealTime,
 }
 
@@ -68,7 +70,7 @@ impl Default for VirtualBus {
 }
 
 impl VirtualBus {
-    /// A bus on which a frame takes no time, nor do nodes to handle it.
+    /// A bus without a bit rate: neither the frames nor the nodes take time.
     #[must_use]
     pub fn new() -> Self {
         VirtualBus::of(State::default())
@@ -89,7 +91,7 @@ impl VirtualBus {
         VirtualBus { clock: state.clock.clone(), state: Arc::new(Mutex::new(state)) }
     }
 
-    /// Connects a node. The handle is for disturbing it: unplugging it, cutting its power, slowing it down.
+    /// Connects a node. With the handle it can be unplugged, lose its power or be slowed down.
     pub fn attach(&self, node: impl Node + Send + 'static) -> Attachment {
         let mut state = self.lock();
         let response_time = if state.has_bit_times() { RESPONSE_TIME } else { Duration::ZERO };
@@ -109,8 +111,8 @@ impl VirtualBus {
         self.lock().observers.push(Box::new(observer));
     }
 
-    /// Calls `fate` for each frame, with its number from 0, to decide what happens to it. [`Attachment::set_fate`] is for
-    /// those of one node.
+    /// Calls `fate` for each frame, with its number from 0, to decide what happens to it. [`Attachment::set_fate`] does
+    /// this for the frames of one node.
     pub fn set_fate(&self, fate: impl FnMut(u64, &Frame) -> Fate + Send + 'static) {
         self.lock().judge = Judge::new(fate);
     }
@@ -124,12 +126,13 @@ impl VirtualBus {
         }
     }
 
-    /// How fast time passes from now on.
+    /// Sets how fast time passes from now on.
     pub fn set_pace(&self, pace: Pace) {
         self.lock().set_real_time(pace == Pace::RealTime);
     }
 
-    /// The time on the bus. Never waits for it, so an observer may ask, and a thread that holds a node of the bus.
+    /// The time on the bus. It never waits for the bus, so an observer may call it, and so may a thread that holds a
+    /// node.
     #[must_use]
     pub fn now(&self) -> Instant {
         self.clock.now()
@@ -179,7 +182,7 @@ mod tests {
     }
 
     impl Node for Metronome {
-        /// The rhythm begins anew with a frame whose data are those of the node's own.
+        /// A frame with the same data as the node's own restarts the period.
         fn handle_frame(&mut self, now: Instant, frame: &Frame) {
             if frame.data() == self.frame.data() {
                 self.next = now + self.every;
@@ -208,8 +211,8 @@ mod tests {
         Metronome { frame: frame(id, &[0; 8]), every, next: Instant::ZERO + every, due: false, is_settled: true }
     }
 
-    /// What is on a bus of metronomes, of which each has an identifier, a period in 100 us and a byte, while the plug of the
-    /// first is pulled for 10 ms, and the power of the last is off as long.
+    /// The frames on a bus of metronomes, each given by identifier, period in 100 us and data byte. For 10 ms the first
+    /// one is unplugged and the last one has no power.
     fn log(metronomes: &[(u16, u64, u8)], kbit_per_s: Option<u32>, is_settled: bool) -> Vec<(Instant, Frame)> {
         let bus = kbit_per_s.map_or_else(VirtualBus::new, VirtualBus::with_bit_rate);
         let nodes = metronomes.iter().map(|&(id, every, byte)| {
@@ -232,7 +235,7 @@ mod tests {
     }
 
     proptest! {
-        /// Those that say that nobody else changes them, and those that are asked before each event.
+        /// Settled nodes, which change only when called, against nodes that the bus asks before each event.
         #[test]
         fn nodes_that_are_not_asked_send_the_same(
             metronomes in prop::collection::vec((0x100..0x108_u16, 1..30_u64, 0..4_u8), 1..8),
@@ -249,7 +252,7 @@ mod tests {
         let bus = VirtualBus::new();
         let (asked, times) = (bus.clone(), Arc::new(Mutex::new(Vec::new())));
         let seen = Arc::clone(&times);
-        // An observer is called in the middle of the bus's work.
+        // An observer is called while the bus is locked.
         bus.observe(move |at, _| seen.lock().unwrap().push((at, asked.now())));
         bus.attach(metronome(0x181));
         bus.advance(Duration::from_millis(10));

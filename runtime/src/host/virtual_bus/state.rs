@@ -13,10 +13,10 @@ use crate::host::node::lock;
 use crate::host::{BusState, wire_bits};
 use crate::{Duration, Frame, Instant};
 
-/// In real time, how often a wait checks for frames that other threads have sent.
+/// In real time, the longest wait before the bus looks for frames of other threads.
 const TURN: Duration = Duration::from_millis(1);
 
-/// How many events may happen while no time passes, as endless ones do by a bug in a node.
+/// How many events may happen while no time passes. More are a bug in a node.
 pub(super) const MOST_AT_ONCE: u32 = 1_000_000;
 
 pub(super) type Observer = Box<dyn FnMut(Instant, &Frame) + Send>;
@@ -36,7 +36,7 @@ pub(super) struct State {
     pub(super) standstill: u32,
 }
 
-/// The time on the bus, which is asked for without waiting for the bus: a thread may hold a node of it meanwhile.
+/// The time on the bus, which can be read without its lock: another thread may hold a node of the bus meanwhile.
 #[derive(Clone, Default)]
 pub(super) struct Clock(Arc<AtomicU64>);
 
@@ -50,13 +50,13 @@ impl Clock {
     }
 }
 
-/// The two wires.
+/// The state of the wire.
 #[derive(Default)]
 struct Wire {
-    /// Without a bit rate, frames take no time.
+    /// `None`: frames take no time.
     kbit_per_s: Option<u32>,
     frame: Option<InFlight>,
-    /// When the last frame was over, and what is missing to that in 1/`kbit_per_s` us.
+    /// When the last frame ended, rounded down to a microsecond, and the remainder in 1/`kbit_per_s` us.
     free: (Instant, u64),
 }
 
@@ -72,7 +72,7 @@ struct Pacer {
     bus: Instant,
 }
 
-/// One event, not later than `until`, or in real time a part of the wait for it. `false` when none is left.
+/// Handles one event until `until`; in real time, may only wait for a part of the time to it. `false` if none is left.
 pub(super) fn step(state: &Mutex<State>, until: Instant) -> bool {
     let mut state = lock(state);
     let lead = state.lead(until);
@@ -90,7 +90,7 @@ impl State {
         State { wire: Wire { kbit_per_s: Some(kbit_per_s), ..Wire::default() }, ..State::default() }
     }
 
-    /// Whether a frame takes as long as its bits.
+    /// Whether a frame takes the time of its bits.
     pub(super) const fn has_bit_times(&self) -> bool {
         self.wire.kbit_per_s.is_some()
     }
@@ -119,7 +119,7 @@ impl State {
         self.pacer.is_some()
     }
 
-    /// One event, not later than `until`; `false` when none is left before it.
+    /// Handles one event that is not later than `until`; `false` if none is left.
     fn step(&mut self, until: Instant) -> bool {
         self.begin();
         let Some(next) = self.next_event().filter(|next| *next <= until) else {
@@ -144,8 +144,9 @@ impl State {
         true
     }
 
-    /// Begins the next frame, if the bus is free. All frames that are ready in one bit time take part in the
-    /// arbitration, so first happens what else happens now. Where frames take no time, they come before deadlines.
+    /// Begins the next frame, if the bus is free. All frames that get ready in one bit time take part in the
+    /// arbitration, so with a bit rate, all other events of this moment happen first. Without one, frames come before
+    /// deadlines.
     fn begin(&mut self) {
         let is_busy = self.wire.frame.is_some();
         if is_busy || self.has_bit_times() && self.next_event() == Some(self.clock.now()) {
@@ -158,7 +159,7 @@ impl State {
         }
     }
 
-    /// Takes from the wire what this controller sends.
+    /// Takes the frame that this controller is sending from the wire.
     pub(super) fn cut_off(&mut self, sender: usize) -> Option<Frame> {
         self.wire.frame.take_if(|frame| frame.sender == sender).map(|cut| cut.frame)
     }
@@ -176,8 +177,8 @@ impl State {
         }
     }
 
-    /// In real time, how long it takes to the next event, or to `until`. Lets the time pass that has passed by the clock
-    /// on the wall.
+    /// In real time, the wait until the next event or `until`; else zero. Advances the bus to the time of the wall
+    /// clock.
     fn lead(&mut self, until: Instant) -> Duration {
         let Some(wall) = self.pacer.as_ref().map(|pacer| pacer.bus + pacer.wall.elapsed().into()) else {
             return Duration::ZERO;
@@ -223,7 +224,7 @@ impl State {
 }
 
 impl Wire {
-    /// A frame begins now. Fractions of a microsecond add up while frame follows frame.
+    /// Begins a frame. Fractions of a microsecond add up over frames without a gap.
     fn send(&mut self, now: Instant, sender: usize, frame: Frame) {
         let Some(kbit_per_s) = self.kbit_per_s.map(u64::from) else {
             self.frame = Some(InFlight { sender, frame, arrives: now });
