@@ -1,8 +1,8 @@
-//! The public API of every library, as a file that a change of it has to change: `tests/api/<package>.txt`.
+//! The public API of every library, in a file that each change of it has to change: `tests/api/<package>.txt`.
 //!
-//! It is read from the sources, so that any toolchain gives the same: all that is `pub` is reachable, which the lint
-//! `unreachable_pub` checks. Items made by macros are listed as the call and its arguments. Generated dictionaries have
-//! golden files of their own.
+//! It is read from the sources, so that any toolchain gives the same text. Whatever is `pub` is also reachable; the
+//! lint `unreachable_pub` checks this. Items made by macros are listed as the call and its arguments. Generated
+//! dictionaries have golden files of their own.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,7 +14,7 @@ use syn::{Fields, ImplItem, Item, TraitItem, Type, Visibility};
 
 use crate::{outside, package};
 
-/// Writes the files; with `check` only looks whether they are right.
+/// Writes the files; with `check`, only compares them.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let mut wrong = Vec::new();
     for package in package::published(root)? {
@@ -50,7 +50,7 @@ struct Library {
     names: BTreeSet<String>,
     /// The macros that make items.
     used: BTreeSet<String>,
-    /// Those whose items are seen inside of the library only.
+    /// The macros whose items are visible only inside of the library.
     internal: BTreeSet<String>,
 }
 
@@ -121,7 +121,7 @@ impl Library {
         text
     }
 
-    /// What users see of an item: without bodies, values and private fields.
+    /// The item as users see it: without bodies, values and private fields. `None` if they do not see it.
     fn public(&self, mut item: Item) -> Option<Item> {
         match &mut item {
             Item::Const(item) => {
@@ -168,7 +168,7 @@ impl Library {
         .then_some(item)
     }
 
-    /// Leaves what users see of an implementation; whether that is anything.
+    /// Removes from an implementation what users do not see. Returns whether to list it.
     fn public_members(&self, item: &mut syn::ItemImpl) -> bool {
         let is_trait = item.trait_.is_some();
         item.items.retain_mut(|member| match member {
@@ -187,7 +187,7 @@ impl Library {
         let is_ours = of.is_none_or(|name| self.names.contains(&name));
         let of_ours = item.trait_.as_ref().and_then(|(path, _)| path.segments.last());
         let of_ours = of_ours.is_some_and(|segment| self.names.contains(&segment.ident.to_string()));
-        // A public trait may be implemented for anything; and what is implemented for a foreign type names one of ours.
+        // List a trait's implementation if the trait or the type is ours, and an inherent one if it has public members.
         if is_trait { is_ours || of_ours } else { is_ours && !item.items.is_empty() }
     }
 }
@@ -196,14 +196,14 @@ fn called(mac: &syn::Macro) -> Option<String> {
     mac.path.get_ident().map(ToString::to_string)
 }
 
-/// Whether a macro makes items of its own that are all `pub(super)` and the like.
+/// Whether all items that a macro makes are `pub(super)`, `pub(crate)` or the like.
 fn is_internal(body: &TokenStream) -> bool {
     let words = body.to_string();
     let mut public = words.split("pub ").skip(1).peekable();
     public.peek().is_some() && public.all(|rest| rest.trim_start().starts_with('('))
 }
 
-/// The name of a type that may be one of ours; `None` for arrays, references and the like.
+/// The name of a type, which may be one of ours; `None` for arrays, references and the like.
 fn name_of(of: &Type) -> Option<String> {
     match of {
         Type::Path(path) => path.path.segments.last().map(|segment| segment.ident.to_string()),
@@ -225,7 +225,7 @@ pub(crate) fn is_for_tests(item: &Item) -> bool {
     text.starts_with("# [cfg (test)]") || text.starts_with("# [cfg (doctest)]")
 }
 
-/// Leaves public fields; where some are private, `..` in words.
+/// Removes private fields, and marks that there were some.
 fn public_fields(fields: &mut Fields) {
     let all = fields.len();
     match fields {
@@ -247,7 +247,7 @@ fn public_fields(fields: &mut Fields) {
     }
 }
 
-/// Leaves the attributes that users depend on, wherever they stand.
+/// Removes all attributes except those on which users depend, at any depth.
 fn without_docs(tokens: TokenStream) -> TokenStream {
     let kept = ["cfg", "derive", "deprecated", "macro_export", "must_use", "non_exhaustive", "repr"];
     let mut out: Vec<TokenTree> = Vec::new();

@@ -1,5 +1,5 @@
-//! Figures, ours and our peers' in one run, printed and written into `tests/bench/*.md`. A crate of its own does it,
-//! `tests/bench`: what the peers depend on stays out of the workspace.
+//! Figures of this project and its peers, measured in one run, printed, and written to `tests/bench/*.md`. The crate
+//! `tests/bench` measures them; it is no member of the workspace, to keep the peers' dependencies out.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -33,7 +33,7 @@ enum What {
     Bus,
 }
 
-/// Where the figures of [`What::Bus`] are written.
+/// The file with the figures of [`What::Bus`].
 const TABLE: &str = "tests/bench/bus.md";
 
 pub(crate) fn run(root: &Path, bench: &Bench) -> Result<(), String> {
@@ -49,7 +49,7 @@ pub(crate) fn run(root: &Path, bench: &Bench) -> Result<(), String> {
     }
 }
 
-/// The program runs twice: here over pseudo-terminals, and over vcan where there is one.
+/// Runs the program over pseudo-terminals here, and over vcan in [`vcan`].
 fn bus(root: &Path) -> Result<(), String> {
     let results = workspace::target_folder(root).join("interop");
     fs::create_dir_all(&results).map_err(|error| format!("{}: {error}", results.display()))?;
@@ -81,16 +81,16 @@ fn bus(root: &Path) -> Result<(), String> {
     fs::write(root.join(TABLE), text).map_err(|error| format!("{TABLE}: {error}"))
 }
 
-/// What figures mean that no busy machine changes.
+/// The note for instruction counts, which do not depend on how busy the machine is.
 const COUNTED: &str = "Instructions on x86-64, counted by valgrind, of all that a shell calls for a frame or deadline: \
                        `handle_frame` or `handle_timeout`, `poll_transmit` until there is nothing more to send, and \
                        `poll_timeout`. The frames are of all nodes in turn.";
 
-/// Runs the program, shows what it prints, and writes that down.
+/// Runs the program, prints its output, and writes it to a file.
 fn print(root: &Path, arguments: &[&str]) -> Result<(), String> {
     let what = arguments.first().copied().unwrap_or_default();
     let mut command = cargo(root, "run");
-    // Without it python-canopen does not take part, and the program says so.
+    // Without this environment, the program says that python-canopen does not take part.
     if matches!(what, "eds" | "files")
         && let Ok(python) = python::environment(root)
     {
@@ -104,7 +104,7 @@ fn print(root: &Path, arguments: &[&str]) -> Result<(), String> {
         figures += &(line + "\n");
     }
     succeeded(child.wait().map_err(failed)?)?;
-    // A table is one; anything else is lined up by spaces.
+    // Output that is no table is lined up by spaces.
     let figures = if figures.starts_with('|') { figures } else { format!("```text\n{}\n```\n", figures.trim()) };
     let note = if what == "instructions" { COUNTED.to_owned() } else { load() };
     let text = format!("# Figures: {what}\n\nMade by `cargo xtask bench {what}`. {note}\n\n{figures}");
@@ -112,14 +112,14 @@ fn print(root: &Path, arguments: &[&str]) -> Result<(), String> {
     fs::write(root.join(&path), text).map_err(|error| format!("{path}: {error}"))
 }
 
-/// How busy the machine is: figures are worth what it was busy with besides.
+/// How busy the machine is, which tells how far to trust times.
 fn load() -> String {
     let average = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let average = average.split(' ').next().unwrap_or_default();
     format!("Load average of the machine at the end: {average}. Above 1.5, measure again.")
 }
 
-/// Cargo, on the way to the program.
+/// Cargo with the arguments that build or run the program.
 fn cargo(root: &Path, verb: &str) -> Command {
     let mut command = command::cargo();
     command.args([verb, "--quiet", "--release", "--manifest-path"]).arg(root.join("tests/bench/Cargo.toml"));
@@ -135,7 +135,7 @@ fn failed(error: std::io::Error) -> String {
     format!("the benchmark failed: {error}")
 }
 
-/// Where it is built: below the workspace's own, and so ignored by git and removed with it.
+/// The program's target folder: inside the workspace's own, so that git ignores it and `cargo clean` removes it.
 fn folder(root: &Path) -> PathBuf {
     workspace::target_folder(root).join("bench")
 }

@@ -1,7 +1,7 @@
-//! A microcontroller without one: QEMU's `mps2-an386`, a board with a Cortex-M4.
+//! A simulated microcontroller: QEMU's `mps2-an386`, a board with a Cortex-M4.
 //!
-//! The program prints, keeps files and exits by semihosting; UART 0 is a pseudo-terminal. QEMU runs below `timeout`,
-//! so that it ends even when this process does not end it.
+//! The program prints, keeps files and exits by semihosting; UART 0 is a pseudo-terminal. QEMU runs under `timeout`, so
+//! that it ends even if this process does not end it.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -14,29 +14,29 @@ use std::time::Duration;
 
 const QEMU: &str = "qemu-system-arm";
 
-/// What QEMU says of UART 0: `char device redirected to /dev/pts/3 (label serial0)`.
+/// QEMU names the terminal of UART 0 in a line: `char device redirected to /dev/pts/3 (label serial0)`.
 const TERMINAL: &str = "char device redirected to ";
 
-/// The file with what QEMU and the program print.
+/// The file with the output of QEMU and the program.
 const CONSOLE: &str = "console.txt";
 
-/// The file with what QEMU and a panic complain about.
+/// The file with the error output of QEMU, and the message of a panic.
 const COMPLAINTS: &str = "complaints.txt";
 
 /// A board with a program.
 pub(crate) struct Board<'a> {
     /// The program: an ELF file.
     pub elf: &'a Path,
-    /// Where the program's files lie. What it prints is in `console.txt`.
+    /// The folder of the program's files. Its output is in `console.txt`.
     pub folder: &'a Path,
-    /// Each instruction takes 2ⁿ ns of the board's time, however fast this machine is. Without it the board's clock
-    /// is this machine's.
+    /// Each instruction takes 2ⁿ ns on the board's clock, however fast this machine is. `None`: the board's clock is
+    /// that of this machine.
     pub icount: Option<u8>,
-    /// When QEMU is ended, whatever the program does.
+    /// The time after which QEMU is ended.
     pub seconds: u32,
 }
 
-/// Whether QEMU can be had; where not, the reason for which something is skipped.
+/// Whether QEMU is installed; if not, the reason to skip a check.
 pub(crate) fn is_installed() -> Result<(), String> {
     let found = Command::new(QEMU).arg("--version").output();
     found.map(|_| ()).map_err(|error| format!("{QEMU}: {error}: apt-get install {QEMU}"))
@@ -77,7 +77,7 @@ impl Board<'_> {
         format!("{QEMU} with {}: {what}{}", self.elf.display(), self.complaints())
     }
 
-    /// What QEMU and the program have to say about a failure, from a new line on.
+    /// The output of QEMU and the program, to explain a failure. Begins on a new line.
     pub(crate) fn complaints(&self) -> String {
         let printed = [COMPLAINTS, CONSOLE].map(|file| self.read(file).unwrap_or_default());
         format!("\n{}", printed.concat())
@@ -113,11 +113,11 @@ pub(crate) struct Running {
     /// `timeout`, which hands a signal on to QEMU.
     child: Child,
     terminal: PathBuf,
-    /// Open as long as the board runs: QEMU looks once a second only whether anyone has opened the terminal.
+    /// Open as long as the board runs, because QEMU polls once a second whether anyone has opened the terminal.
     line: Option<File>,
 }
 
-/// `O_NOCTTY`: the terminal does not become this process's own.
+/// `O_NOCTTY`: the terminal does not become the controlling terminal of this process.
 const NOT_OURS: i32 = 0o400;
 
 impl Running {
@@ -126,7 +126,8 @@ impl Running {
         &self.terminal
     }
 
-    /// Opens the terminal, and waits until the program answers an empty line by an empty line, as serial CAN adapters do.
+    /// Opens the terminal, and waits until the program answers an empty line with an empty line, as serial CAN adapters
+    /// do.
     fn connect(&mut self) -> Result<(), String> {
         let opened = File::options().read(true).write(true).custom_flags(NOT_OURS).open(&self.terminal);
         self.line = Some(opened.map_err(|error| format!("{}: {error}", self.terminal.display()))?);
@@ -163,7 +164,7 @@ impl Drop for Running {
     }
 }
 
-/// A command that the machine runs before others, if this process may ask for that: it has milliseconds to keep to.
+/// A command with raised priority, if this process may raise it: the command has deadlines of milliseconds.
 pub(crate) fn in_time(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new("nice");
     command.arg("--adjustment=-15").arg(program);

@@ -1,10 +1,10 @@
-//! What a device takes on a microcontroller (`device`), and what generated code costs: the time that the compiler takes,
+//! The memory that a device takes on a microcontroller (`device`), and the costs of generated code: compile time,
 //! lines, and the instructions of one write.
 //!
-//! In the mix of real data sheets handles and plain constants are level, because arrays save what records cost. Of
-//! records alone, a member (a `const fn`) takes some 25 µs more than a constant, independent of its body: shorter
-//! paths, one call in place of three, `self` by value and no alias were tried, and none of them changes that. It is
-//! the price of a member's own documentation and search entry.
+//! In the mix of real data sheets, handles and plain constants take the same time, because arrays save what records
+//! cost. In records alone, a member (a `const fn`) takes some 25 µs more than a constant, whatever its body: shorter
+//! paths, one call in place of three, `self` by value and no alias were tried, and none of them changes that. It is the
+//! price of a member's own documentation and search entry.
 
 pub(crate) mod device;
 
@@ -15,24 +15,24 @@ use std::time::{Duration, Instant};
 
 use crate::outside;
 
-/// Entries of the synthetic data sheet, shared out as the 207,000 entries of 326 real files are: 9 % single
-/// values, 36 % in arrays of 29 elements, 55 % in records of 6.
+/// Numbers of entries in the synthetic data sheet, in the proportions of the 207,000 entries of 326 real files: 9 %
+/// single values, 36 % in arrays of 29 elements, 55 % in records of 6.
 const SINGLE: usize = 450;
 const ARRAYS: usize = 60;
 const ELEMENTS: usize = 30;
 const RECORDS: usize = 458;
 const MEMBERS: usize = 6;
 
-/// Each build is timed so often, by turns, and the shortest time counts.
+/// The number of timed builds of each kind, in alternation; the shortest time counts.
 const RUNS: usize = 9;
-/// By so much two measurements of the same thing may differ.
+/// The relative difference that two measurements of the same thing may have.
 const NOISE: f64 = 0.05;
-/// More instructions must not stand before the call of a typed write.
+/// The most instructions before the call in a typed write.
 const MAX_INSTRUCTIONS: usize = 4;
-/// One object takes so many lines of generated code at most, documentation included.
+/// The most lines of generated code per object, documentation included.
 const MAX_LINES_PER_OBJECT: usize = 10;
 
-/// Measures; with `check` only what is the same on every machine.
+/// Measures everything; with `check`, only what is the same on every machine.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     device::run(root, check)?;
     let workspace = outside::empty_folder(root, "size")?;
@@ -80,7 +80,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     }
 }
 
-/// The data sheet, and its entries as one constant each.
+/// The data sheet, and its entries as plain constants.
 struct Sheet {
     eds: String,
     plain: String,
@@ -123,7 +123,7 @@ impl Sheet {
         self.constant(index, 0, "Highest sub-index supported", "UNSIGNED8", "ro", "u8", "Ro", "", subs - 1);
     }
 
-    /// One entry; what it is goes round with `number`.
+    /// Adds an entry. `number` decides type, access, default and limits.
     fn entry(&mut self, index: usize, sub: Option<usize>, name: &str, number: usize) {
         let (code, data_type, rust) =
             [(5, "UNSIGNED8", "u8"), (6, "UNSIGNED16", "u16"), (7, "UNSIGNED32", "u32"), (3, "INTEGER16", "i16")]
@@ -174,7 +174,7 @@ const LETTERS: [&str; MEMBERS] = ["none", "alpha", "beta", "gamma", "delta", "ep
 const HEAD: &str = "[FileInfo]\nFileName=size.eds\n\n[DeviceInfo]\nVendorName=none\nBaudRate_1000=1\n\n\
                     [MandatoryObjects]\nSupportedObjects=0\n\n[OptionalObjects]\nSupportedObjects=0\n\n";
 
-/// Stands for a function that sends; only the code before the call is measured.
+/// The source of a function with one typed write. Only the code before its call of `send` is measured.
 const TYPED_WRITE: &str = r#"
 /// Sends a value; the compiler sees what stands before the call.
 #[inline(never)]
@@ -213,8 +213,8 @@ fn generate(lexican: &Path, workspace: &Path, sheet: &Sheet) -> Result<String, S
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The shortest times that `cargo check` takes for handles and for plain constants, with warm dependencies: of the
-/// processor where the system reports it, else of the wall.
+/// The shortest times of `cargo check` for handles and for plain constants, with compiled dependencies: processor time
+/// where the system reports it, else wall-clock time.
 #[expect(clippy::disallowed_methods, reason = "a task that measures real time reads the clock")]
 fn times(root: &Path, workspace: &Path) -> Result<[Duration; 2], String> {
     let mut best = [Duration::MAX; 2];
@@ -233,11 +233,11 @@ fn times(root: &Path, workspace: &Path) -> Result<[Duration; 2], String> {
     Ok(best)
 }
 
-/// The processor time of all children so far, which a busy machine disturbs less than the time on the wall; in
-/// steps of 10 ms (proc(5), `cutime` and `cstime`). `None` where there is no such file.
+/// The processor time of all children so far, which a busy machine disturbs less than wall-clock time; in steps of 10
+/// ms (proc(5), `cutime` and `cstime`). `None` where there is no such file.
 fn children_cpu() -> Option<Duration> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The second field is a name in parentheses, which may hold anything.
+    // The second field is a name in parentheses, which may contain spaces and parentheses.
     let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace().skip(13);
     let mut ticks = || fields.next()?.parse::<u64>().ok();
     Some(Duration::from_millis((ticks()? + ticks()?) * 10))

@@ -1,5 +1,5 @@
-//! What a device takes on a Cortex-M4: `tests/size`, with all services, and with one more or less of them; and how many
-//! instructions it takes for a frame, in QEMU.
+//! What a device takes on a Cortex-M4: the size of `tests/size` with all services, and with one more or less of them;
+//! and the instructions for each frame, counted in QEMU.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,15 +13,15 @@ use crate::{command, outside, workspace};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Where the figures are.
+/// The file with the figures.
 const FIGURES: &str = "tests/size/README.md";
-/// What stands above them there is written by hand.
+/// The text above this heading is written by hand.
 const HEADING: &str = "## Figures\n";
 
-/// By so much a size may differ from the figure before it is an error, in parts: compilers differ.
+/// The relative change of a size that is no error, because compilers differ.
 const TOLERANCE: f64 = 0.01;
 
-/// How many functions are listed.
+/// The number of functions that are listed.
 const LARGEST: usize = 12;
 
 /// A device to measure: its name, the profile, and the features of `tests/size`.
@@ -29,7 +29,8 @@ struct Variant {
     name: &'static str,
     profile: &'static str,
     features: &'static str,
-    /// Whether it has one service more than the first one; those with one less say what that one costs, too.
+    /// Whether it has a service more than the first variant, not less. The table says what one service costs either
+    /// way.
     adds: bool,
 }
 
@@ -56,9 +57,9 @@ const VARIANTS: [Variant; 12] = [
 struct Size {
     code: u64,
     constants: u64,
-    /// Of the device, and of its dictionary.
+    /// RAM of the device, and of its dictionary.
     ram: [u64; 2],
-    /// The largest functions, the largest first.
+    /// The largest functions, in descending order.
     functions: Vec<(String, u64)>,
 }
 
@@ -113,11 +114,11 @@ fn built(root: &Path, profile: &str, program: &str) -> PathBuf {
     target_folder(root).join(TARGET).join(profile).join(program)
 }
 
-/// The table of instructions, as the program prints its rows.
+/// The table of instructions; the program prints its rows.
 fn instructions(root: &Path) -> Result<String, String> {
     build(root, "tests/size/instructions", &["--release", "--locked"])?;
     let elf = built(root, "release", "device-instructions");
-    // Each instruction takes a nanosecond.
+    // At one nanosecond per instruction.
     let board = Board { elf: &elf, folder: &target_folder(root).join("board"), icount: Some(0), seconds: 60 };
     Ok(format!("\n| what a device does for | instructions |\n| --- | --: |\n{}", board.run()?))
 }
@@ -127,7 +128,7 @@ fn measure(path: &Path) -> Result<Size, String> {
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let bytes = fs::read(path).map_err(|error| failed(&error))?;
     let elf = object::File::parse(&*bytes).map_err(|error| failed(&error))?;
-    // Those for unwinding are left out: a program that aborts has no use for them.
+    // Sections for unwinding do not count: a program that aborts does not need them.
     let sum = |kinds: &[SectionKind]| -> u64 {
         let is_counted = |name: &str| name != ".measured" && !name.starts_with(".ARM.ex");
         let sections = elf.sections().filter(|section| kinds.contains(&section.kind()));
@@ -140,7 +141,7 @@ fn measure(path: &Path) -> Result<Size, String> {
     let ram = ["RAM_OF_DEVICE", "RAM_OF_DICTIONARY"].map(ram);
     let mut functions = BTreeMap::new();
     for symbol in elf.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0) {
-        // Several names of one function are one function.
+        // A function with several names counts once.
         functions.insert(symbol.address(), (path_of(symbol.name().unwrap_or_default()), symbol.size()));
     }
     let mut functions: Vec<_> = functions.into_values().collect();
@@ -153,7 +154,7 @@ fn measure(path: &Path) -> Result<Size, String> {
     })
 }
 
-/// The last two names of a mangled path; a name that is not mangled as it is.
+/// The last two names of a mangled path; other names unchanged.
 fn path_of(symbol: &str) -> String {
     let mut names = Vec::new();
     let mut rest = symbol.strip_prefix("_ZN").unwrap_or_default();
@@ -163,7 +164,7 @@ fn path_of(symbol: &str) -> String {
         names.push(name);
         rest = tail;
     }
-    // The last one is a hash.
+    // The last name is a hash.
     names.pop();
     match names.as_slice() {
         [] => symbol.to_owned(),
@@ -175,7 +176,7 @@ fn path_of(symbol: &str) -> String {
     }
 }
 
-/// The figures as they stand in the file.
+/// The figures as the file has them.
 fn table(sizes: &[Size]) -> String {
     let mut text = String::new();
     let _ = writeln!(
@@ -200,7 +201,7 @@ fn table(sizes: &[Size]) -> String {
     text
 }
 
-/// Whether flash and RAM of all devices, and instructions, are about what the file says.
+/// Compares flash and RAM of all devices, and instructions, with the file, within [`TOLERANCE`].
 fn compare(written: &str, measured: &str) -> Result<(), String> {
     let (old, new) = (rows(written), rows(measured));
     let mut wrong = Vec::new();
@@ -209,7 +210,7 @@ fn compare(written: &str, measured: &str) -> Result<(), String> {
             wrong.push(format!("{name}: not there"));
             continue;
         };
-        // Of a device the columns of flash and RAM, of a frame its only one.
+        // A device has columns of flash and RAM; a frame has only the instructions.
         let columns =
             if new.len() > 3 { &[("bytes of flash", 2), ("bytes of RAM", 3)][..] } else { &[("instructions", 0)] };
         for (unit, column) in columns {
@@ -225,7 +226,7 @@ fn compare(written: &str, measured: &str) -> Result<(), String> {
     Err(format!("{FIGURES}: {}\nif it must be so: cargo xtask size, and commit the figures", wrong.join("; ")))
 }
 
-/// The rows that are compared, by name: those about devices and frames, and not those about functions.
+/// The rows to compare, by name: those of devices and frames, not those of functions.
 fn rows(figures: &str) -> BTreeMap<&str, Vec<f64>> {
     let cells = figures.lines().map(|line| line.trim_matches('|').split('|').map(str::trim));
     let rows = cells.filter_map(|mut cells| Some((cells.next()?, cells.map_while(|cell| cell.parse().ok()).collect())));

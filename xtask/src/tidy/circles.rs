@@ -1,12 +1,12 @@
-//! Circles of imports: files of one crate that cannot be understood without each other.
+//! Circles of imports: files of one crate, none of which can be understood without the others.
 //!
-//! An edge goes from a file to the file that defines a name it uses: by an import, or by a path in the code, macros
+//! An edge goes from a file to the file that defines a name it uses, by an import or by a path in the code, macros
 //! included. A re-export is followed to the definition, so a child that takes a name from its parent depends on the
-//! parent only if the parent defines that name itself. Declaring a module, importing one and re-exporting a name are no
-//! edges; each use of it is. Modules for tests are left out: they may use all that they test.
+//! parent only if the parent itself defines that name. Declaring or importing a module, and re-exporting a name, make
+//! no edge; each use of them does. Test modules are ignored, because they may use everything that they test.
 //!
-//! What macros define is taken to stand in the file that calls them, and macros that are called without a path, and
-//! methods, are not followed.
+//! What a macro defines counts as defined in the file that calls the macro. Methods, and macros called without a path,
+//! are not followed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use syn::{Item, UseTree, Visibility};
 
 use crate::api::is_for_tests;
 
-/// All circles of the crates among `files`, which are texts by path.
+/// All circles in the crates among `files`, which maps paths to texts.
 pub(super) fn findings(files: &BTreeMap<&str, &str>) -> Result<Vec<String>, String> {
     let mut edges = Edges::default();
     for root in files.keys().filter(|path| is_root(path)) {
@@ -33,7 +33,7 @@ fn is_root(path: &str) -> bool {
     matches!(name, "lib.rs" | "main.rs") || matches!(folder, "bin" | "benches" | "examples" | "tests")
 }
 
-/// By file, the files it uses, each with the names.
+/// For each file, the files that it uses, each with the names.
 #[derive(Default)]
 struct Edges(BTreeMap<String, BTreeMap<String, BTreeSet<String>>>);
 
@@ -68,7 +68,7 @@ impl Edges {
         circles
     }
 
-    /// The files of a circle, and the names that tie it.
+    /// Describes a circle: its files, and the names that they use of each other.
     fn describe(&self, circle: &BTreeSet<&str>) -> String {
         let first = circle.first().copied().unwrap_or_default();
         let mut text = format!("{first}: a circle of {} files that import each other:", circle.len());
@@ -92,17 +92,17 @@ struct Module {
     file: String,
     parent: Option<usize>,
     children: BTreeMap<String, usize>,
-    /// The names of its items, and the file of each: exported macros are items of the root.
+    /// The names of its items, each with its file. Exported macros are items of the root.
     defined: BTreeMap<String, String>,
     imports: Vec<Import>,
-    /// Paths in the code, a bare name being one, too.
+    /// Paths in the code, including single names.
     paths: BTreeSet<Vec<String>>,
 }
 
 #[derive(Clone)]
 struct Import {
     path: Vec<String>,
-    /// The name it brings; `*` for all.
+    /// The name it imports; `*` for all.
     name: String,
     is_reexport: bool,
 }
@@ -197,7 +197,7 @@ impl<'a> Crate<'a> {
         }
     }
 
-    /// Follows a path that stands in a module; `None` if it leads out of the crate.
+    /// Follows a path from a module; `None` if it leads out of the crate.
     fn resolve(&self, from: usize, path: &[String], depth: usize) -> Option<Place> {
         let (first, rest) = path.split_first()?;
         let mut place = match first.as_str() {
@@ -210,7 +210,7 @@ impl<'a> Crate<'a> {
             let Place::Module(module) = place else { break };
             place = match name.as_str() {
                 "super" => Place::Module(self.modules[module].parent?),
-                // What is not found there is made by a macro.
+                // A macro defines what is not found there.
                 name => self
                     .named(module, name, index + 1 < rest.len(), depth)
                     .unwrap_or_else(|| Place::Item { file: self.modules[module].file.clone(), name: name.to_owned() }),
@@ -219,9 +219,10 @@ impl<'a> Crate<'a> {
         Some(place)
     }
 
-    /// Looks up a name in a module; the same name may be that of a module and of a function or macro.
+    /// Looks up a name in a module. A module may have the same name as a function or macro; `is_module` prefers the
+    /// module.
     fn named(&self, module: usize, name: &str, is_module: bool, depth: usize) -> Option<Place> {
-        // A macro that is re-exported under its own name, or globs in a circle.
+        // Break endless recursion: a macro re-exported under its own name, or globs in a circle.
         if depth > 16 {
             return None;
         }
@@ -234,7 +235,7 @@ impl<'a> Crate<'a> {
             named.find_map(|import| self.resolve(module, &import.path, depth + 1))
         })
         .or_else(|| {
-            // What begins with the name would ask for it again.
+            // A glob whose path begins with the name would look up the name again.
             let is_glob =
                 |import: &&Import| import.name == "*" && import.path.first().is_none_or(|first| first != name);
             let mut globs = found.imports.iter().filter(is_glob);
@@ -270,7 +271,7 @@ impl Module {
         }
     }
 
-    /// Takes the paths of code, and its imports, which count for the whole module.
+    /// Takes the paths in code, and the imports, which count for the whole module.
     fn take_code(&mut self, code: TokenStream) {
         let tokens: Vec<TokenTree> = code.into_iter().collect();
         let is = |index: usize, wanted: char| matches!(tokens.get(index), Some(TokenTree::Punct(found)) if found.as_char() == wanted);
@@ -326,7 +327,7 @@ fn above(file: &str) -> &str {
     file.rsplit_once('/').map_or("", |(folder, _)| folder)
 }
 
-/// The path of a file that is given relative to another.
+/// Resolves a path relative to the folder of a file.
 fn beside(file: &str, mut path: &str) -> String {
     let mut folder = above(file);
     while let Some(rest) = path.strip_prefix("../") {
@@ -335,7 +336,7 @@ fn beside(file: &str, mut path: &str) -> String {
     format!("{folder}/{path}").trim_start_matches('/').to_owned()
 }
 
-/// The file that `#[path]` gives.
+/// The file that a `#[path]` attribute names.
 fn path_of(attributes: &[syn::Attribute]) -> Option<String> {
     let attribute = attributes.iter().find(|attribute| attribute.path().is_ident("path"))?;
     match &attribute.meta.require_name_value().ok()?.value {

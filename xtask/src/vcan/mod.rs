@@ -1,7 +1,7 @@
-//! `cargo xtask vcan -- COMMAND`: a command with vcan0 and vcan1 up, on machines without CAN, too.
+//! `cargo xtask vcan -- COMMAND`: runs a command with vcan0 and vcan1 up, even on machines without CAN.
 //!
-//! Where the kernel has vcan, the command just runs. Elsewhere it runs under a second kernel that is
-//! an ordinary program: user-mode Linux, from the distribution's packages, without installing any.
+//! Where the kernel has vcan, the command just runs. Elsewhere it runs in user-mode Linux, a second kernel that is an
+//! ordinary program. It is taken from packages of the distribution, without installing them.
 
 mod uml;
 
@@ -26,8 +26,8 @@ pub(crate) struct Arguments {
     command: Vec<String>,
 }
 
-/// Runs the command; the exit status is the command's, 124 when its time was out, or 125 when it could
-/// not be started.
+/// Runs the command. The exit status is that of the command, 124 if its time was out, or 125 if it could not be
+/// started.
 pub(crate) fn main(root: &Path, arguments: &Arguments) -> ExitCode {
     match run(root, arguments) {
         Ok(status) => ExitCode::from(status),
@@ -62,7 +62,7 @@ fn run(root: &Path, arguments: &Arguments) -> Result<u8, String> {
     kernel.run(&arguments.command, arguments.time_limit, &arguments.writable)
 }
 
-/// Whether the interface is up, now or after an attempt to make it so.
+/// Sets the interface up if it is not. Returns whether it is.
 fn set_up(interface: &str) -> bool {
     let is_up = || {
         let flags = std::fs::read_to_string(format!("/sys/class/net/{interface}/flags")).unwrap_or_default();
@@ -72,7 +72,7 @@ fn set_up(interface: &str) -> bool {
     if is_up() {
         return true;
     }
-    // Each may fail, for want of rights or of the module: what counts is the end.
+    // Each line may fail, for lack of rights or of the module; only the result counts.
     for line in [
         "modprobe vcan".to_owned(),
         format!("ip link add dev {interface} type vcan"),

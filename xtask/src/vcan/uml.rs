@@ -1,8 +1,8 @@
-//! A Linux kernel with CAN that is an ordinary program: Debian's package `user-mode-linux`.
+//! A Linux kernel with CAN as an ordinary program: Debian's package `user-mode-linux`.
 //!
-//! The guest's root is the machine's own, read-only, below a layer in memory: programs, libraries and
-//! test binaries are at their usual paths. The job folder is what both sides write to: the guest finds
-//! its orders there and leaves the command's exit status.
+//! The guest's root is that of the machine, read-only, under a layer in memory: programs, libraries and test binaries
+//! are at their usual paths. Both sides write to the job folder: the guest finds its orders there, and leaves the exit
+//! status of the command.
 
 use std::fs;
 use std::io;
@@ -11,21 +11,21 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The program that the guest begins with, run by busybox.
+/// The init script of the guest, run by busybox.
 const GUEST: &str = include_str!("guest.sh");
 
-/// What the guest's kernel lacks on processors that are newer than it; see the file.
+/// A library that lets the guest's kernel run on processors newer than itself; see the file.
 const XSTATE: &str = include_str!("xstate.c");
 
-/// What is taken out of the package, besides the kernel.
+/// The modules that are taken out of the package, besides the kernel.
 const MODULES: [&str; 8] = ["overlay", "can-dev", "can", "can-raw", "can-bcm", "vcan", "vxcan", "slcan"];
 
-/// A guest that has not come up by then is started again. It takes about 2 s; beside a busy build, 5 s.
+/// A guest that has not booted by then is started again. Booting takes about 2 s; beside a busy build, 5 s.
 const BOOT_LIMIT: Duration = Duration::from_secs(60);
 
 const TRIES: u32 = 3;
 
-/// The exit status of a command that was ended, as `timeout` has it.
+/// The exit status of a command whose time was out, as that of `timeout`.
 const OUT_OF_TIME: u8 = 124;
 
 pub(super) struct Kernel {
@@ -34,7 +34,7 @@ pub(super) struct Kernel {
 }
 
 impl Kernel {
-    /// The kernel of the cache, fetched from the distribution when it is not there yet.
+    /// The kernel in the cache; it is downloaded if it is not there.
     pub(super) fn in_cache(folder: &Path) -> Result<Self, String> {
         let kernel = Kernel { folder: folder.to_path_buf() };
         if !kernel.folder.join("complete").is_file() {
@@ -50,7 +50,7 @@ impl Kernel {
         Ok(kernel)
     }
 
-    /// The library that the kernel is started with. It is compiled here, since no package has it.
+    /// Compiles the library that is preloaded into the kernel, since no package has it.
     fn compile_xstate(&self) -> Result<(), String> {
         let library = self.xstate();
         if library.is_file() {
@@ -74,12 +74,12 @@ impl Kernel {
 
     fn fetch(&self) -> Result<(), String> {
         println!("vcan: fetching user-mode-linux (42 MB) into {}", self.folder.display());
-        // Beside the cache, so that an interrupted attempt leaves none that looks complete.
+        // Work beside the cache, so that an interrupted attempt leaves no cache that looks complete.
         let new = self.folder.with_extension("new");
         let _ = fs::remove_dir_all(&new);
         fs::create_dir_all(&new).map_err(|error| format!("{}: {error}", new.display()))?;
         if !download(&new) {
-            // Old lists name versions that the archive no longer has.
+            // Outdated package lists name versions that the archive no longer has.
             let _ = quietly(Command::new("apt-get").arg("update"));
             if !download(&new) {
                 return Err("apt-get download user-mode-linux busybox-static has failed".to_owned());
@@ -118,7 +118,7 @@ fn download(folder: &Path) -> bool {
     quietly(Command::new("apt-get").args(options).current_dir(folder))
 }
 
-/// Takes the members named by `patterns` out of a package, to `folder` itself.
+/// Extracts the members that match `patterns` from a package, directly into `folder`.
 fn unpack(folder: &Path, package: &str, proof: &str, patterns: &[String]) -> Result<(), String> {
     let failed = |error: io::Error| format!("unpacking {package}: {error}");
     let deb = fs::read_dir(folder).map_err(failed)?.filter_map(Result::ok).map(|entry| entry.path());
@@ -130,7 +130,7 @@ fn unpack(folder: &Path, package: &str, proof: &str, patterns: &[String]) -> Res
     let mut archive =
         Command::new("dpkg-deb").arg("--fsys-tarfile").arg(&deb).stdout(Stdio::piped()).spawn().map_err(failed)?;
     let stdout = archive.stdout.take().ok_or("dpkg-deb has no output")?;
-    // Without their folders: names are unique.
+    // Drop the folders of the members: the names are unique.
     let tar = Command::new("tar")
         .args(["-x", "--wildcards", "--no-anchored", "--transform", "s,.*/,,", "-C"])
         .arg(folder)
@@ -141,7 +141,7 @@ fn unpack(folder: &Path, package: &str, proof: &str, patterns: &[String]) -> Res
         .map_err(failed)?;
     archive.wait().map_err(failed)?;
     fs::remove_file(deb).map_err(failed)?;
-    // A pattern that matches nothing is an error of tar, and none of ours: not every release has all.
+    // Ignore the status of tar, which fails if a pattern matches nothing: not every release has all members.
     let _ = tar;
     for entry in fs::read_dir(folder).map_err(failed)?.filter_map(Result::ok) {
         if entry.path().extension().is_some_and(|extension| extension == "xz") {
@@ -158,18 +158,18 @@ fn quietly(command: &mut Command) -> bool {
 
 enum Outcome {
     Status(u8),
-    /// With what it said.
+    /// With the last lines of its console.
     NotBooted(String),
 }
 
-/// The folder through which the two sides talk; removed when done with.
+/// The folder by which the two sides communicate; removed when dropped.
 struct Job {
     folder: PathBuf,
 }
 
 impl Job {
     fn new(kernel: &Kernel, command: &[String], time_limit_s: u32, writable: &[PathBuf]) -> io::Result<Self> {
-        // Its path stands on the kernel's command line and in the names of sockets: short, without spaces.
+        // The path is on the kernel's command line and in the names of sockets, so keep it short and without spaces.
         let folder = PathBuf::from(format!("/tmp/lexican-vcan-{}", std::process::id()));
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(folder.join("uml"))?;
@@ -206,7 +206,7 @@ impl Job {
         while guest.try_wait().map_err(|error| error.to_string())?.is_none() {
             if !started && self.has("started") {
                 started = true;
-                // The guest ends the command in time itself, unless it hangs.
+                // The guest itself ends the command in time, unless it hangs.
                 deadline = Instant::now() + time_limit + Duration::from_secs(20);
             }
             if Instant::now() >= deadline {
@@ -228,8 +228,8 @@ impl Job {
 
     fn boot(&self, kernel: &Kernel) -> io::Result<Child> {
         let linux = kernel.folder.join("linux.uml");
-        // The guest is one processor that hops between processes: on one of the host's, its system
-        // calls are four times as fast as across two.
+        // The guest has one processor that changes between host processes. Bound to one processor of the host, its
+        // system calls are four times as fast as across two.
         let mut command = match processor() {
             Some(processor) => {
                 let mut command = Command::new("taskset");
@@ -244,7 +244,7 @@ impl Job {
             .args(["rootflags=/", "ro", "con=null", "con0=null,fd:2", "ssl=null", "ssl0=null,fd:1", "ssl1=fd:0,null"])
             .args([format!("uml_dir={folder}/uml"), format!("init={folder}/init")])
             .env("LD_PRELOAD", kernel.xstate())
-            // Closed when this process ends, however it does: the guest's sign to end, too.
+            // A pipe that closes when this process ends, for whatever reason; this tells the guest to end, too.
             .stdin(Stdio::piped())
             .stderr(fs::File::create(self.folder.join("console"))?)
             .spawn()
@@ -265,12 +265,12 @@ impl Job {
 
 impl Drop for Job {
     fn drop(&mut self) {
-        // A folder in /tmp that stays is no harm.
+        // A folder that remains in /tmp does no harm.
         let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// The signal makes the kernel end its processes; if it is beyond that, it goes without.
+/// The signal makes the guest's kernel end its processes. A guest that does not react is killed.
 fn end(guest: &mut Child) {
     quietly(Command::new("kill").arg(guest.id().to_string()));
     #[expect(clippy::disallowed_methods, reason = "the guest needs real time to end")]
