@@ -30,7 +30,7 @@ const VIEWS = {
   devices: Devices,
 }
 
-/** How many things a tab has to say something about. */
+/** The number of things in a tab that need attention. */
 function badge(name) {
   if (name === 'nodes')
     return view.nodes.value.filter((node) => node.faults.length > 0 || node.silent_seconds !== null).length

@@ -1,4 +1,4 @@
-// The one bench of this page, and how views ask it.
+// The only bench of this page, and how views send requests to it.
 import { useState } from 'preact/hooks'
 import { effect, signal } from '@preact/signals'
 import { save } from './files.js'
@@ -37,20 +37,20 @@ export function connect() {
 }
 
 /**
- * What a request brings; fails with a `Refused`.
+ * What a request brings; rejects with a `Refused`.
  * @template {Request} R
  * @param {R} request
  */
 export const ask = (request) => bench.ask(request)
 
 /**
- * What was refused last, for all to see: of requests whose button has no place for it.
+ * The last refusal, shown in the footer: of requests whose button has no place for it.
  * @type {Signal<Refused | null>}
  */
 export const refusal = signal(null)
 
 /**
- * Gives what the request brings, or null when it is refused.
+ * Returns what the request brings, or null if it is refused.
  * @template {Request} R
  * @param {R} request
  */
@@ -65,7 +65,7 @@ export async function send(request) {
 }
 
 /**
- * Asks for a file, and gives it to the browser.
+ * Requests a file, and gives it to the browser.
  * @param {Extract<Request, { do: 'export' | 'export-plot' | 'record' | 'play-sequence' }>} request
  */
 export async function sendForFile(request) {
@@ -74,7 +74,8 @@ export async function sendForFile(request) {
 }
 
 /**
- * A request with its state. `run` gives what it brings, or null when refused.
+ * A function to send requests, and the state of the last one. The function returns what a request brings, or null if it
+ * is refused.
  * @returns {[Asked, <R extends Request>(request: R) => Promise<Brought<R> | null>]}
  */
 export function useAsk() {
@@ -94,11 +95,12 @@ export function useAsk() {
 }
 
 /**
- * How the last stop went: `{ number, state: 'sent' | 'answered' | 'past' | 'unanswered' | 'refused' | 'confirmed' | 'unsent', ms, why }`. The
- * answer comes when every drive has stopped. */
+ * How the last stop went: `{ number, state, ms, why }`, where the state is `'sent'`, `'answered'` (every drive has
+ * stopped), `'past'`, `'unanswered'`, `'refused'`, `'confirmed'` or `'unsent'`.
+ */
 export const stop = signal(null)
 effect(() => (stop.value = stopSince(stop.value, view.drives.value)))
-const PATIENCE = 1000 // ms until a stop that is not confirmed is said to be so
+const PATIENCE = 1000 // ms until a stop that is not confirmed is shown as such
 const SEEN = 10_000 // ms for which a confirmed one is shown
 
 export function stopAll() {

@@ -1,11 +1,11 @@
-// Curves as the bench gives them, put together for a plot. Points are pairs of time and number, ascending in time.
+// Curves from the bench, combined for a plot. Points are pairs of time and number, ascending in time.
 
 export const keyOf = ({ node, address }) => `${node} ${address}`
 
-/** The time of the newest point; the next question is for what came since. */
+/** The time of the newest point; the next request asks for points since then. */
 export const newest = (curves) => curves.reduce((time, { points }) => Math.max(time, points.at(-1)?.[0] ?? 0), 0)
 
-/** Curves with the points that came since; those that are not there any more are gone. At most `most` points each. */
+/** Adds new points to curves, keeping at most `most` points each. Curves that are not in `news` are dropped. */
 export function extended(curves, news, most) {
   const before = new Map(curves.map((curve) => [keyOf(curve), curve.points]))
   return news.map((curve) => {
@@ -16,7 +16,7 @@ export function extended(curves, news, most) {
   })
 }
 
-/** The place of the first point after a time. */
+/** The index of the first point after a time. */
 function placeAfter(points, time) {
   let [low, high] = [0, points.length]
   while (low < high) {
@@ -27,10 +27,10 @@ function placeAfter(points, time) {
   return low
 }
 
-/** A curve's number at a time: that of the last point until then; null before the first one. */
+/** The value of a curve at a time: that of the last point up to then; null before the first one. */
 export const numberAt = ({ points }, time) => points[placeAfter(points, time) - 1]?.[1] ?? null
 
-/** The points from a time to another one, and the nearest ones outside, so that a line leaves the picture. */
+/** The points within a range of time, and the nearest one on each side, so that the line reaches the edges. */
 export function inSight(points, [from, to]) {
   return points.slice(Math.max(0, placeAfter(points, from) - 1), placeAfter(points, to) + 1)
 }
@@ -46,7 +46,7 @@ export function bounds(points) {
   return [low, high]
 }
 
-/** About `most` points that look the same: of every stretch its lowest and its highest one. */
+/** About `most` points that look the same: the lowest and the highest one of each stretch. */
 export function thinned(points, most) {
   if (points.length <= most) return points
   const stretch = Math.ceil((2 * points.length) / most)
@@ -64,8 +64,8 @@ export function thinned(points, most) {
 }
 
 /**
- * A column of times, and one of numbers per curve, as uPlot takes it. Where a curve has no number at a time there is
- * `undefined`, which is no gap.
+ * A column of times, and one of numbers per curve, as uPlot takes them. `undefined` where a curve has no point at a
+ * time: uPlot draws no gap there.
  */
 export function columns(curves) {
   const places = curves.map(() => 0)

@@ -1,11 +1,11 @@
-// Files out of the page, and into it.
+// Downloads and uploads of files.
 
-/** Downloads a file of the bench: its address gives it once. */
+/** Downloads a file of the bench, whose address is valid only once. */
 export function save({ name, url }) {
   Object.assign(document.createElement('a'), { href: url, download: name }).click()
 }
 
-/** The text of a file that the user picks; data sheets may be in Latin-1. */
+/** The text of a file that the user has picked, in UTF-8 or Latin-1 as data sheets are. */
 export async function fileText(file) {
   const bytes = await file.arrayBuffer()
   try {

@@ -1,10 +1,10 @@
-// The filter of the trace, in the words of `lexican monitor`'s options.
+// The filter of the trace, in the notation of `lexican monitor`'s options.
 
 import { NO_FILTER } from './words.js'
 
 export const SERVICES = ['nmt', 'sync', 'time', 'emcy', 'heartbeat', 'sdo', 'tpdo', 'rpdo', 'lss']
 
-/** A list of words without or with one of them. */
+/** A list with a word added, or removed if it was there. */
 export function toggled(list, word) {
   const words = list
     .split(',')
@@ -19,7 +19,7 @@ export const has = (list, word) => list.split(',').some((each) => each.trim() ==
 export const isFiltering = (filter) =>
   Object.entries(NO_FILTER).some(([key, none]) => key !== 'transfers' && filter[key] !== none)
 
-/** The filter as options of `lexican monitor`, to be used in a terminal. */
+/** The filter as options of `lexican monitor`, for a terminal. */
 export function asOptions(filter) {
   const words = []
   for (const key of ['nodes', 'services', 'without', 'object', 'ids', 'text'])

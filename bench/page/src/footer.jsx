@@ -1,4 +1,4 @@
-// The line below: what is under way, what was refused, a lost connection.
+// The line at the bottom: jobs in progress, the last refusal, a lost connection.
 import { refusal } from './bench.js'
 import { t } from './i18n/index.js'
 import { connection, view } from './state.js'
@@ -6,7 +6,7 @@ import { Button, Meter, Refusal } from './ui.jsx'
 
 /** @import * as wire from './wire' */
 
-/** What is said of a connection that is not there. */
+/** The text for each state of a lost connection. */
 const LOSSES = { lost: 'lost', ended: 'ended', refused: 'forbidden' }
 
 export function Footer() {

@@ -1,5 +1,5 @@
-// Numbers and times. Numbers are written as the bench takes them, in every language: a decimal point, and nothing between thousands. What is
-// shown beside a field can be typed into it, and the page reads no number by itself.
+// Numbers and times. In every language, numbers are written as the bench reads them: with a decimal point and no
+// thousands separator. So what is shown beside a field can be typed into it, and the page parses no number itself.
 
 export const NONE = '–'
 
@@ -7,16 +7,16 @@ const isNone = (value) => value === null || value === undefined
 
 export const number = (value, digits = 0) => (isNone(value) ? NONE : value.toFixed(digits))
 
-/** With as many digits as the value is worth: 1234.5, 12.34, 0.0123. */
+/** With as many digits as are significant: 1234.5, 12.34, 0.0123. */
 export function measured(value) {
   if (isNone(value)) return NONE
   return plain(Number(value.toPrecision(Math.abs(value) >= 1e5 ? 9 : 6)))
 }
 
-/** As the bench has it: of a value that may be typed again. */
+/** With all digits of the bench, for a value that may be typed again. */
 export const exact = (value) => (isNone(value) ? NONE : plain(value))
 
-/** Without an exponent, where that is readable. */
+/** Without an exponent, if that is readable. */
 function plain(value) {
   const text = String(value)
   return text.includes('e-') ? value.toFixed(12).replace(/\.?0+$/, '') : text
@@ -25,7 +25,7 @@ function plain(value) {
 export const percent = (value) => (isNone(value) ? NONE : `${number(value, 1)} %`)
 export const ms = (value) => (isNone(value) ? NONE : `${number(value, value < 10 ? 1 : 0)} ms`)
 
-/** `1:02:03.456`; times are compared with a log, so the decimal sign stays a point. */
+/** `1:02:03.456`, always with a decimal point, because times are compared with a log. */
 export function clock(seconds, digits = 3) {
   const rounded = Number(seconds.toFixed(digits))
   const minutes = Math.floor(rounded / 60)

@@ -1,4 +1,4 @@
-// What is seen on every tab: the bus, the connection, who has control, and the stop.
+// What every tab shows: the bus, the connection, who has control, and the stop.
 import { send, stop, stopAll } from './bench.js'
 import { number, percent } from './format.js'
 import { LANGUAGES, language, setLanguage, t } from './i18n/index.js'
@@ -42,7 +42,7 @@ export function Header() {
 
 const otherLanguage = () => LANGUAGES.find((tag) => tag !== language.value)
 
-/** How the controller's state is marked: `error active` is the one that is well. */
+/** The kind of mark for the controller's state. Only `error active` is good. */
 const kindOf = (state) => (state.endsWith('active') ? 'good' : /off|lost/.test(state) ? 'bad' : 'warn')
 
 function BusMark() {
@@ -112,7 +112,7 @@ function Control() {
   )
 }
 
-/** Sends when it is pressed, not when it is let go; the key is heard in keys.jsx. */
+/** Stops when the button is pressed, not when it is released. The key for it is in keys.jsx. */
 function Stop() {
   const last = stop.value
   return (

@@ -1,4 +1,4 @@
-// Keys: the stop above all, then ways to go. They are listed under `?`.
+// Keys: the stop first, then navigation. `?` lists them.
 import { signal } from '@preact/signals'
 import { send, stopAll } from './bench.js'
 import { t } from './i18n/index.js'
@@ -9,7 +9,7 @@ export const isHelpOpen = signal(false)
 
 const isTyping = (target) => target.closest?.('input, select, textarea, [contenteditable]') !== null
 
-/** What a key does, as a function; null if nothing. */
+/** The action of a key as a function; null if it has none. */
 function deed(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || isTyping(event.target)) return null
   const tab = TABS[Number(event.key) - 1]
@@ -23,7 +23,7 @@ function deed(event) {
 }
 
 export function listenToKeys() {
-  // Captured, so that nothing on the page can keep the key of the stop to itself.
+  // In the capture phase, so that nothing on the page can keep the stop key to itself.
   const stop = (event) => {
     if (event.key === 'Escape' && !event.repeat) stopAll()
   }

@@ -1,4 +1,4 @@
-// The time of a recorded log.
+// The playback time of a recorded log.
 import { useEffect, useRef, useState } from 'preact/hooks'
 import { send } from './bench.js'
 import { clock } from './format.js'
@@ -9,8 +9,8 @@ import { Button } from './ui.jsx'
 const SPEEDS = [0.1, 1, 10, 100]
 
 /**
- * Seeks one after the other: where the slider is by the time the last one is done. It stays there until the view has the new
- * position, which may come after the answer.
+ * Seeks one at a time; when one is done, the next goes to where the slider is by then. The slider stays there until the
+ * view has the new position, which may come after the answer.
  */
 function useSeek(position) {
   const [wanted, setWanted] = useState(null)

@@ -1,4 +1,4 @@
-// The state machine of CiA 402 as a picture: where its states stand, and what leads from one to another.
+// The state machine of CiA 402 as a picture: the positions of its states, and the orders between them.
 
 /** @import { State, Verb } from './wire' */
 
@@ -21,7 +21,7 @@ export const STATES = {
   FAULT: [RIGHT, 72],
 }
 
-/** The transitions that are drawn, by their numbers in CiA 402: how far beside the middle. */
+/** The transitions to draw, by their numbers in CiA 402, with the offset of their lines from the middle. */
 export const PLACES = { 1: 0, 2: -28, 7: 28, 3: -28, 6: 28, 4: -28, 5: 28, 11: -8, 16: 10, 12: 0, 14: 0, 15: -8 }
 
 /** @type {State[]} */
@@ -30,7 +30,7 @@ const OFF = ['SWITCH ON DISABLED', 'READY TO SWITCH ON', 'SWITCHED ON']
 const ON = ['READY TO SWITCH ON', 'SWITCHED ON', 'OPERATION ENABLED', 'QUICK STOP ACTIVE']
 
 /**
- * The order that leads from a state to another one, on the way of the drive's driver; null if there is none.
+ * The order by which the drive's driver gets from a state to another one; null if there is none.
  * @param {State} target
  * @param {State | null} from
  * @returns {Verb | null}
@@ -43,7 +43,7 @@ export function orderTo(target, from) {
   return ON.includes(from) ? 'disable' : null
 }
 
-/** A name in two lines that are about as long as each other, if it is too long for one. */
+/** A name, broken into two lines of about the same length if it is too long for one. */
 export function lines(name) {
   if (name.length <= 14) return [name]
   const words = name.split(' ')
@@ -52,7 +52,7 @@ export function lines(name) {
   return splits.reduce((best, split) => (longer(split) < longer(best) ? split : best))
 }
 
-/** The line of a transition, and where its number stands: from edge to edge within a column, else from side to side. */
+/** Line and number of a transition: from edge to edge within a column of states, else from side to side. */
 export function arrow(from, to, beside) {
   const [[x1, y1], [x2, y2]] = [STATES[from], STATES[to]]
   if (x1 === x2) {
@@ -60,7 +60,7 @@ export function arrow(from, to, beside) {
     const [start, end] = y2 > y1 ? [y1 + BOX.height, y2] : [y1, y2 + BOX.height]
     return { line: [x, start, x, end], label: [x + 5, (start + end) / 2 + 3] }
   }
-  // Upwards it leaves from the top, where it has room.
+  // An upward line leaves from the top edge, which has room.
   if (y2 < y1) {
     const [x, end] = [x1 + 24, y2 + BOX.height - 10]
     return { line: [x, y1, x2 + BOX.width, end], label: [(x + x2 + BOX.width) / 2 + 6, (y1 + end) / 2 + 4] }

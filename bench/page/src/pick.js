@@ -1,9 +1,9 @@
 // The searchable tree of a data sheet.
 
-/** `0x6081` and `6081h` are written `6081` in an address. */
+/** Also accepts `0x6081` and `6081h` for the `6081` of an address. */
 const HEX = /^(?:0x)?([0-9a-f]{2,6})h?$/
 
-/** Whether an entry is meant by all words of a query: in its address, names, group or unit. */
+/** Whether address, names, group or unit of an entry contain all words of a query. */
 export function matches(entry, query) {
   const text = `${entry.address} ${entry.object} ${entry.name} ${entry.group} ${entry.unit ?? ''}`.toLowerCase()
   return query
@@ -13,8 +13,8 @@ export function matches(entry, query) {
 }
 
 /**
- * The rows of the tree: groups, their objects, and the entries of objects that have several. `closed` has the keys of
- * what is folded; a query opens all.
+ * The rows of the tree: groups, objects, and the entries of objects with several. `closed` has the keys of folded rows;
+ * a query unfolds all.
  */
 export function treeRows(entries, query, closed) {
   const wanted = query.trim() === '' ? entries : entries.filter((entry) => matches(entry, query.trim()))

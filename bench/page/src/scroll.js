@@ -1,9 +1,9 @@
-// Scrolling through more rows than a browser's element can be high.
+// Scrolling through more rows than fit into the greatest height of a browser's element.
 
 /** Above this height browsers lose pixels (Firefox at about 17 million). */
 const MOST = 8_000_000
 
-/** How `count` rows of `height` px are mapped onto a scroll bar, in a window of `shown` px. */
+/** Maps `count` rows of `height` px to a scroll bar, in a window of `shown` px. */
 export function scale(count, height, shown) {
   const all = count * height
   const extent = Math.min(all, MOST)
@@ -12,19 +12,19 @@ export function scale(count, height, shown) {
   return { extent, rows, span, perPixel: span > 0 ? rows / span : 0 }
 }
 
-/** The row at the top, with its fraction, for a position of the scroll bar, and back. */
+/** The row at the top, with a fraction, for a position of the scroll bar; and the inverse. */
 export const topRow = ({ perPixel }, scrollTop) => scrollTop * perPixel
 export const scrollTopOf = ({ perPixel }, row) => (perPixel > 0 ? row / perPixel : 0)
 
-/** Whole rows to ask for: those in sight and a margin around them, as many as an answer may have. */
+/** The whole rows to request: those in sight and a margin around them, at most as many as an answer may have. */
 export function windowOf(top, visible, margin) {
   const from = Math.max(0, Math.floor(top) - margin)
   return { from, count: Math.min(1000, Math.ceil(top + visible) + margin - from) }
 }
 
 /**
- * The place of the first matching row whose number is at least `number`. `rowAt` asks for the row at a place; rows are
- * ascending in their numbers, so twenty questions find one of a million.
+ * The index of the first matching row whose number is at least `number`, by binary search: twenty requests for a
+ * million rows. `rowAt` requests the row at an index.
  */
 export async function placeOf(number, count, rowAt) {
   let [low, high] = [0, count]

@@ -1,9 +1,9 @@
-// The connection to the bench: commands out, views and answers in. It comes back by itself when it is lost.
+// The connection to the bench: requests out, views and answers in. It reconnects by itself when it is lost.
 // The messages are those of bench/README.md.
 
 const PROTOCOL = 'lexican-bench'
 const DELAYS = [250, 500, 1000, 2000, 3000] // ms until the next attempt
-const GONE = 1001 // the code with which the bench ends
+const GONE = 1001 // the close code with which the bench ends
 
 /**
  * @import { Brought, Connection } from './types'
@@ -11,7 +11,7 @@ const GONE = 1001 // the code with which the bench ends
  */
 
 /**
- * What hears of the connection.
+ * Is told about the connection.
  * @typedef {object} Listener
  * @property {(hello: { client: number, version: string }) => void} hello
  * @property {(changes: Partial<View>) => void} view
@@ -24,7 +24,7 @@ export class Bench {
   failures = 0
   isOpen = false
 
-  /** `isRefused()` promises whether the bench is there but does not know the token.
+  /** `isRefused()` resolves to whether the bench is there but does not know the token.
    * @param {string} url
    * @param {string | null} token
    * @param {Listener} on
@@ -66,7 +66,7 @@ export class Bench {
   take(message) {
     if ('view' in message) {
       this.on.view(message.view)
-      // The next view comes after this, so a page that is slow gets fewer.
+      // The bench sends the next view only after this, so a slow page gets fewer of them.
       this.socket.send('{"seen":true}')
     } else if ('hello' in message) {
       this.isOpen = true
@@ -85,7 +85,7 @@ export class Bench {
   }
 
   /**
-   * Sends at once, so that a stop waits for nothing on this side. Fails with a `Refused`.
+   * Sends at once, so that nothing on this side delays a stop. Rejects with a `Refused`.
    * @template {Request} R
    * @param {R} request
    * @returns {Promise<Brought<R>>}
@@ -98,10 +98,10 @@ export class Bench {
   }
 }
 
-/** What an answer has in it: `{"values": [...]}` brings values, `"done"` brings `true`. */
+/** The content of an answer: `{"values": [...]}` has values, `"done"` means `true`. */
 export const content = (answer) => (typeof answer === 'string' ? true : Object.values(answer)[0])
 
-/** Takes the token out of the address, so that it is neither seen nor bookmarked; it stays for this browser tab. */
+/** Removes the token from the address, so that it is neither seen nor bookmarked, and keeps it for this browser tab. */
 export function takeToken(location, storage, history) {
   const address = new URL(location.href)
   const token = address.searchParams.get('token')

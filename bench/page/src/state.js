@@ -1,4 +1,4 @@
-// What the page knows: the bench's view, a signal per field, and what the page itself has chosen.
+// The state of the page: the bench's view, one signal per field, and the user's choices.
 import { batch, computed, signal } from '@preact/signals'
 import { EMPTY } from './words.js'
 
@@ -9,17 +9,17 @@ import { EMPTY } from './words.js'
  */
 
 /** @type {{ [Field in keyof View]: Signal<View[Field]> }} */
-// @ts-ignore: the type of an object's entries is not that of each
+// @ts-ignore: `Object.fromEntries` loses the type of each field
 export const view = Object.fromEntries(Object.entries(EMPTY).map(([field, value]) => [field, signal(value)]))
 
 /** @type {Signal<Connection>} */
 export const connection = signal('connecting')
-/** The number of this page among the clients, and the bench's version. */
+/** The client number of this page, and the version of the bench. */
 export const client = signal(null)
 export const version = signal('')
 
 export const hasControl = computed(() => connection.value === 'open' && view.control.value.holder === client.value)
-/** Whether something on the bus can be changed from here; why not, as a key of the dictionary. */
+/** Why nothing on the bus can be changed from here, as a key of the texts; null if it can. */
 export const whyNot = computed(() => {
   if (connection.value !== 'open') return 'control.lost'
   if (!view.bus.value.is_writable) return 'control.read-only'
@@ -27,7 +27,7 @@ export const whyNot = computed(() => {
 })
 
 /**
- * Takes over the fields of a view that have changed. Fields that the page does not know are left alone.
+ * Updates the fields of a view that have changed. Ignores fields that the page does not know.
  * @param {Partial<View>} changes
  */
 export function applyView(changes) {
@@ -37,8 +37,8 @@ export function applyView(changes) {
 }
 
 /**
- * How the last stop went, by what the drives have confirmed since: one that was refused is sent until each drive stands. `last` is that of
- * bench.js.
+ * Updates how the last stop went from what the drives have confirmed. A stop that was refused is repeated until every
+ * drive stands. `last` is `stop` of bench.js.
  */
 export function stopSince(last, drives) {
   if (last?.state !== 'refused') return last
@@ -48,7 +48,7 @@ export function stopSince(last, drives) {
 
 export const TABS = ['nodes', 'objects', 'pdos', 'trace', 'plots', 'drives', 'bus', 'devices']
 
-/** `#objects/5`: the tab, and the node that is looked at. */
+/** Splits `#objects/5` into the tab and the chosen node. */
 export function parsePlace(hash) {
   const [tab, node] = hash.replace(/^#/, '').split('/')
   const id = Number(node)
@@ -59,7 +59,7 @@ const place = parsePlace(globalThis.location?.hash ?? '')
 export const tab = signal(place.tab)
 export const chosenNode = signal(place.node)
 
-/** The node that is looked at: the chosen one, else the first. */
+/** The chosen node, else the first one. */
 export const node = computed(() => {
   const nodes = view.nodes.value
   return nodes.find((each) => each.id === chosenNode.value) ?? nodes[0] ?? null
@@ -74,7 +74,7 @@ export function goTo(nextTab, nextNode = chosenNode.value) {
   history.replaceState(null, '', nextNode === null ? `#${nextTab}` : `#${nextTab}/${nextNode}`)
 }
 
-/** The number of the trace's row that is to be shown, until it is. */
+/** The number of the row that the trace has to show; null once it does. */
 export const wantedRow = signal(null)
 
 export function goToRow(number) {

@@ -1,4 +1,4 @@
-// Light, dark, or as the system has it.
+// Light, dark, or the system's theme.
 import { computed, signal } from '@preact/signals'
 
 export const THEMES = ['system', 'light', 'dark']

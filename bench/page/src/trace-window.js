@@ -1,11 +1,11 @@
-// What of the trace is in sight. Rows are asked for around it, one question at a time, so that a slow bench is not
-// asked faster than it answers.
+// The part of the trace that is in sight. Rows around it are requested one request at a time, so that a slow bench gets
+// no more requests than it can answer.
 import { batch, signal } from '@preact/signals'
 import { NO_FILTER } from './words.js'
 import { placeOf, windowOf } from './scroll.js'
 
-const MARGIN = 80 // rows asked for beyond those in sight, so that small steps ask for nothing
-const QUESTIONS = 10 // the bench goes through its rows in parts: after so many it has seen all
+const MARGIN = 80 // rows to request beyond those in sight, so that small steps need no request
+const QUESTIONS = 10 // the bench filters its rows in parts: after so many requests it has been through all
 
 export class TraceWindow {
   constructor(ask) {
@@ -13,14 +13,14 @@ export class TraceWindow {
     this.filter = signal(NO_FILTER)
     this.isFollowing = signal(true)
     this.chosen = signal(null) // the number of a row
-    this.top = signal(0) // the place of the row at the top, with its fraction
+    this.top = signal(0) // the index of the row at the top, with a fraction
     this.frames = signal({ matching: 0, from: 0, rows: [] })
     this.refused = signal(null)
     this.visible = 30
     this.isBusy = this.isLate = false
   }
 
-  /** The rows in sight, and the place of the first one. */
+  /** The rows in sight, and the index of the first one. */
   get shown() {
     const { from, rows } = this.frames.value
     const first = Math.max(from, Math.floor(this.top.value))
@@ -60,7 +60,7 @@ export class TraceWindow {
     this.scrollTo(this.top.peek() + rows)
   }
 
-  /** What is looked at stays in sight, or what comes after it. */
+  /** Keeps the row at the top in sight, or the next one that matches. */
   async setFilter(filter) {
     const number = this.isFollowing.peek() ? null : this.shown.rows[0]?.number
     this.filter.value = filter
@@ -68,19 +68,19 @@ export class TraceWindow {
     await this.goTo(number, 0)
   }
 
-  /** To a row, with all that was before it. */
+  /** Shows a row without a filter, so that all rows before it are there. */
   async jumpTo(number) {
     this.filter.value = NO_FILTER
     this.chosen.value = number
     await this.goTo(number, 0.6)
   }
 
-  /** Brings a row, or the next one that matches, to a part of the window's height. */
+  /** Scrolls so that a row, or the next one that matches, is at a part of the window's height. */
   async goTo(number, part) {
     this.hold()
     const filter = this.filter.peek()
     const rows = (from) => {
-      if (filter !== this.filter.peek()) throw null // Somebody wants to see something else by now.
+      if (filter !== this.filter.peek()) throw null // The user has changed the filter meanwhile.
       return this.ask({ do: 'trace', filter, from, count: 1 })
     }
     try {
@@ -129,11 +129,11 @@ export class TraceWindow {
     else this.top.value = Math.min(this.top.peek() - this.forgotten(found), this.lastTop(found.matching))
     this.frames.value = found
     this.refused.value = null
-    // Fewer rows match than those that were asked for begin at.
+    // Fewer rows match than the number at which the requested ones begin.
     if (found.matching > 0 && this.shown.rows.length === 0) this.isLate = true
   }
 
-  /** When the oldest rows go, the places of the others change: by how many, so that what is in sight stays. */
+  /** How far the indexes of rows have shifted because the oldest were dropped, so that the view stays in place. */
   forgotten(found) {
     const { from, rows } = this.frames.peek()
     const place = Math.floor(this.top.peek())

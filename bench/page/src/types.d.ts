@@ -1,4 +1,4 @@
-// Types of the page itself. What the bench and the page say to each other is in wire.d.ts.
+// Types of the page itself. The messages between the bench and the page are in wire.d.ts.
 import type { Content, Request } from './wire'
 
 /** `refused` when the bench does not know the token. */
@@ -6,7 +6,7 @@ export type Connection = 'connecting' | 'open' | 'lost' | 'ended' | 'refused'
 
 type Part<K extends string> = Extract<Content, Record<K, unknown>>[K & keyof Extract<Content, Record<K, unknown>>]
 
-/** What requests bring that are not just done. */
+/** What the answers of requests contain that are not just done. */
 type Brings = {
   objects: Part<'objects'>
   read: Part<'values'>
@@ -24,5 +24,5 @@ type Brings = {
   'play-sequence': Part<'file'>
 }
 
-/** What a request brings. */
+/** The content of the answer to a request. */
 export type Brought<R extends Request> = R['do'] extends keyof Brings ? Brings[R['do']] : true

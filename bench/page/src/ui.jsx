@@ -17,7 +17,7 @@ import { chosenNode, connection, goToRow, nodeId, view, whyNot } from './state.j
 /**
  * Why a request was not carried out, and what to do.
  * @param {{ of: Refused | null, test?: string }} props
- */
+ * The page itself says so.
 export function Refusal({ of, test }) {
   if (!of || (of.why === 'lost' && connection.value !== 'open')) return null // The page says so itself.
   return (
@@ -29,7 +29,7 @@ export function Refusal({ of, test }) {
 }
 
 /**
- * A button that changes something on the bus: it needs control, and says so while somebody else has it.
+ * A button that changes something on the bus. It needs control; without it, it is disabled and says why.
  * @param {ButtonProps & { disabled?: boolean }} props
  */
 export function Act({ run, disabled, children, title, ...rest }) {
@@ -43,7 +43,7 @@ export function Act({ run, disabled, children, title, ...rest }) {
 }
 
 /**
- * A button that only asks.
+ * A button that needs no control.
  * @param {ButtonProps} props
  */
 export function Button({ run, children, ...rest }) {
@@ -54,13 +54,13 @@ export function Button({ run, children, ...rest }) {
   )
 }
 
-/** Why nothing can be changed now, beside controls that would. */
+/** Why nothing can be changed now, for a place beside disabled controls. */
 export function ControlHint() {
   return whyNot.value && <p class="hint">{t(whyNot.value)}</p>
 }
 
 /**
- * To the row of the trace from which something follows.
+ * A link to the row of the trace from which something was derived.
  * @param {{ row: number | null, test?: string }} props
  */
 export function RowLink({ row, test }) {
@@ -106,13 +106,13 @@ export function Meter({ percent, label, alarm = 80 }) {
 }
 
 /**
- * Whether something should have been seen again since: how it is now is unknown.
+ * Whether it should have been seen again since then, so that its present value is unknown.
  * @param {Seen | null} seen
  */
 export const isOld = (seen) => seen?.is_old === true
 
 /**
- * Since when nobody has seen it, if it should have been seen.
+ * The time when it was last seen, if it should have been seen since then.
  * @param {{ seen: Seen | null, test?: string }} props
  */
 export function Age({ seen, test }) {
@@ -125,7 +125,7 @@ export function Age({ seen, test }) {
 }
 
 /**
- * A state of network management, as a mark with a word.
+ * An NMT state, as a mark with a word.
  * @param {{ state: string | null, seen: Seen | null, [rest: string]: unknown }} props
  */
 export function State({ state, seen, ...rest }) {
@@ -155,7 +155,7 @@ export function Field({ label, set, class: name = '', children, ...rest }) {
 }
 
 /**
- * A choice with its name, among values with their texts.
+ * A choice with its label, among values and their texts.
  * @param {{ label: string, options: [string | number, string | number][], set: (value: string) => void, [rest: string]: unknown }} props
  */
 export function Choice({ label, options, set, ...rest }) {
@@ -180,7 +180,7 @@ export function Choice({ label, options, set, ...rest }) {
  */
 export const named = (nodes) => nodes.map(({ id, name }) => [id, `${id} · ${name}`])
 
-/** Which node a view is about. */
+/** Chooses the node of a view. */
 export function NodePicker() {
   return (
     <Choice
@@ -198,7 +198,7 @@ export function Empty({ children }) {
 }
 
 /**
- * A dialog of the browser's own kind; `open` shows it.
+ * A modal dialog; `open` shows it.
  * @param {{ open: boolean, close: () => void, title: string, children?: ComponentChildren, [rest: string]: unknown }} props
  */
 export function Dialog({ open, close, title, children, ...rest }) {
@@ -220,7 +220,7 @@ export function Dialog({ open, close, title, children, ...rest }) {
   )
 }
 
-/** Arrow keys go through the buttons of a group, so that Tab leaves it (the ARIA practices' roving tabindex). */
+/** Arrow keys move within a group of buttons, so that Tab leaves the group (roving tabindex of the ARIA practices). */
 export function roving(event) {
   const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key]
   const jump = { Home: 0, End: -1 }[event.key]
@@ -232,11 +232,11 @@ export function roving(event) {
   next?.focus()
 }
 
-/** Runs at first and whenever the size of an element has changed. */
+/** Calls `run` at first, and whenever the size of an element has changed. */
 export function useResize(element, run) {
   const latest = useRef(null)
   latest.current = run
-  // Of other effects Preact cleans up after the next frame, in which the observer reports an element that has gone.
+  // As a layout effect, it is cleaned up before the observer can report an element that is gone.
   useLayoutEffect(() => {
     const watch = new ResizeObserver(() => latest.current())
     watch.observe(element.current)
@@ -245,7 +245,7 @@ export function useResize(element, run) {
 }
 
 /**
- * Rows of one height, of which only those in sight are made; `toRow` brings one into sight.
+ * Rows of equal height, of which only those in sight are rendered. `toRow` scrolls one into sight.
  * @param {{ count: number, height: number, row: (at: number, style: object) => VNode, toRow?: number | null, [rest: string]: unknown }} props
  */
 export function Rows({ count, height, row, toRow, ...rest }) {
@@ -278,7 +278,7 @@ export function Rows({ count, height, row, toRow, ...rest }) {
 }
 
 /**
- * A button that sends a request; a refusal is shown in the page's line for that.
+ * A button that sends a request; the footer shows a refusal.
  * @param {Omit<Parameters<typeof Act>[0], 'run'> & { request: Request }} props
  */
 export function RequestButton({ request, ...rest }) {

@@ -1,14 +1,14 @@
-// The page's texts. What comes from the bench (faults, reasons, names of data sheets) stays as the bench says it.
+// The texts of the page. Texts of the bench (faults, reasons, names of data sheets) are not translated.
 import { signal } from '@preact/signals'
 import { TEXTS } from './texts.js'
 
-/** In the order of the texts. */
+/** In the order of the texts for each key. */
 export const LANGUAGES = ['en', 'de']
 const KEY = 'language'
 
 /**
- * The language that the address asks for (`lexican bench --lang`), else the one that was chosen last, else the browser's. What the address
- * asks for is taken out of it, and stays chosen.
+ * The language in the address (`lexican bench --lang`), else the one chosen last, else that of the browser. A language
+ * in the address is removed from it, and becomes the chosen one.
  */
 export function firstLanguage({ location, localStorage, history, navigator } = globalThis) {
   const address = location && new URL(location.href)

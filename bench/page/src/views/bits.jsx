@@ -2,7 +2,7 @@
 import { extent, FRAME_BITS } from '../bits.js'
 import { t } from '../i18n/index.js'
 
-/** Where a field lies, in words. */
+/** The bytes or bits of a field, in words. */
 export function where(field) {
   const { byte, last, bit, lastBit } = extent(field)
   if (bit === null) return byte === last ? t('bits.byte', { byte }) : t('bits.bytes', { byte, last })
@@ -10,7 +10,7 @@ export function where(field) {
   return t('bits.range', { byte, bit, last, lastBit })
 }
 
-/** Eight bytes of eight bits, bit 0 at the left, as they go over the bus. What does not fit is not drawn. */
+/** Eight bytes of eight bits, bit 0 at the left, in the order of the bus. What does not fit is not drawn. */
 export function Bits({ fields, ...rest }) {
   const ruler = Array.from({ length: 8 }, (_, byte) => (
     <span key={byte} class="byte" style={{ gridColumn: `${byte * 8 + 1} / span 8` }}>

@@ -1,4 +1,4 @@
-// The bus as a whole: how much is on it, what is wrong, and whose frames they are.
+// The bus as a whole: its load, what is wrong, and the frames by COB-ID.
 import { send } from '../bench.js'
 import { useState } from 'preact/hooks'
 import { clock, ms, number, percent, NONE } from '../format.js'
@@ -128,7 +128,7 @@ const COLUMNS = [
 ]
 
 /**
- * Hundreds of COB-IDs, ten times a second: only the rows in sight are made.
+ * Hundreds of COB-IDs, updated ten times a second, so only the rows in sight are rendered.
  * @param {{ ids: wire.Rate[] }} props
  */
 function Ids({ ids }) {

@@ -7,7 +7,7 @@ import { t } from '../i18n/index.js'
 import { isDark } from '../theme.js'
 import { useResize } from '../ui.jsx'
 
-/** A colour of the style sheet, for a canvas: a property is a text until an element uses it. */
+/** The value of a CSS variable with a colour, for a canvas: it is resolved only where an element uses it. */
 function color(name) {
   const probe = /** @type {HTMLElement} */ (document.querySelector('.chart'))
   probe.style.color = `var(${name})`
@@ -18,13 +18,13 @@ function color(name) {
 
 const scaleOf = (curve) => curve.unit ?? '-'
 
-/** How wide an axis is for its numbers, in px. */
+/** The width of an axis for its numbers, in px. */
 const widthOf = (_, numbers) => 28 + 8 * Math.max(3, ...(numbers ?? []).map((text) => text.length))
 
-/** `colors` has that of each curve, which stays when another one is hidden. */
+/** `colors` has the colour of each curve, which stays the same when another curve is hidden. */
 function options(curves, colors, size, hooks) {
   const units = [...new Set(curves.map(scaleOf))]
-  /** An axis of one curve has its colour. */
+  /** An axis with only one curve has the colour of that curve. */
   const strokeOf = (unit) => {
     const of = curves.filter((curve) => scaleOf(curve) === unit)
     return of.length === 1 ? color(colors.get(keyOf(of[0]))) : text

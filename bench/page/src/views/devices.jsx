@@ -1,4 +1,4 @@
-// What happens to simulated devices: power, inputs, faults.
+// Controls of simulated devices: power, inputs, faults.
 import { useState } from 'preact/hooks'
 import { send } from '../bench.js'
 import { t } from '../i18n/index.js'
@@ -51,7 +51,7 @@ function Device({ device }) {
   )
 }
 
-/** More choices than this go into several lines. */
+/** With more choices than this, they take several lines. */
 const MANY = 3
 
 /** @param {{ node: number, input: wire.Input }} props */

@@ -68,7 +68,7 @@ function Drive({ drive }) {
         <Machine drive={drive} give={give} />
         <div class="stack">
           <Motion drive={drive} />
-          {/* Nobody looks while nobody has control. */}
+          {/* The bench checks for obstacles only while somebody has control. */}
           {drive.obstacles && <Obstacles obstacles={drive.obstacles} test={`${test}-obstacles`} />}
           <Orders drive={drive} give={give} />
           {refused?.why !== drive.ending?.text && <Refusal of={refused} test={`${test}-refusal`} />}
@@ -81,7 +81,7 @@ function Drive({ drive }) {
 }
 
 /**
- * A stop that is sent until the drive has confirmed it.
+ * A stop that is repeated until the drive has confirmed it.
  * @param {{ drive: wire.Drive }} props
  */
 function Unconfirmed({ drive: { node, unconfirmed } }) {

@@ -1,4 +1,4 @@
-// One entry of a dictionary: what it is, what it has, and another value for it.
+// One entry of a dictionary: its description, its value, and a field for another value.
 import { useEffect, useState } from 'preact/hooks'
 import { send } from '../bench.js'
 import { t } from '../i18n/index.js'

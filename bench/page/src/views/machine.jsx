@@ -1,4 +1,4 @@
-// The state machine of a drive as a picture: where it is, where it may go, and what can be ordered.
+// The state machine of a drive as a picture: its state, and the states that can be reached or ordered.
 import { t } from '../i18n/index.js'
 import { BOX, PICTURE, PLACES, STATES, arrow, lines, orderTo } from '../machine.js'
 import { TRANSITIONS } from '../words.js'
@@ -11,7 +11,7 @@ import { isOld } from '../ui.jsx'
  * @import { Give } from './drives.jsx'
  */
 
-/** How a state is marked. */
+/** The kind of mark for a state. */
 export const kindOf = (state) =>
   ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ??
   'none'

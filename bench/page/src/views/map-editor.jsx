@@ -1,4 +1,4 @@
-// Another mapping for a PDO: put together by drag or by keys, judged by the bench before anything is written.
+// An editor for the mapping of a PDO, by drag or by keys. The bench checks the mapping before anything is written.
 import { useEffect, useRef, useState } from 'preact/hooks'
 import { FRAME_BITS, insert, move, place, placeOfBit, remove, usedBits } from '../bits.js'
 import { ask } from '../bench.js'
@@ -11,14 +11,14 @@ import { Bits, where } from './bits.jsx'
 const PATIENCE = 300 // ms from the last change to its check
 const TRANSMISSIONS = ['event', 'sync', 'sync:2', 'sync:4', 'every:10ms', 'every:100ms']
 
-/** The bit of the picture that something is over. */
+/** The bit of the picture under the pointer. */
 function bitOf(event) {
   const { left, width } = event.currentTarget.getBoundingClientRect()
   return ((event.clientX - left) / width) * FRAME_BITS
 }
 
 /**
- * What the bench has against a mapping; null while it is asked.
+ * What the bench objects to in a mapping; null until it answers.
  * @param {Extract<wire.Request, { do: 'map-pdo' }>} request
  */
 function useObjections(request) {
@@ -69,7 +69,7 @@ export function MapEditor({ node, pdo, entries, close }) {
     if (found)
       setFields((fields) => insert(fields, at, { address, name: found[1], bits: sizeOf(address) ?? 8, text: null }))
   }
-  /** What was dragged: a mappable entry, or a field of the mapping. */
+  /** Inserts what was dragged: a mappable entry, or a field of the mapping. */
   const drop = (event, at) => {
     event.preventDefault()
     event.stopPropagation()

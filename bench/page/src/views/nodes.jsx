@@ -1,4 +1,4 @@
-// Who is on the bus, how each one does, and what was wrong with it.
+// The nodes on the bus, the state of each, and its faults.
 import { useState } from 'preact/hooks'
 import { clock, hex, ms, NONE, number } from '../format.js'
 import { t } from '../i18n/index.js'
@@ -262,7 +262,7 @@ function SetSheet({ node }) {
   )
 }
 
-/** Layer setting services: a device without node-ID gets one. */
+/** Layer setting services (LSS): give a node-ID to a device without one. */
 function Lss() {
   const [id, setId] = useState('')
   const [asked, run] = useAsk()

@@ -1,4 +1,4 @@
-// The dictionary of a node: its tree, one entry in detail, what is watched, and parameters as a whole.
+// The dictionary of a node: its tree, one entry in detail, watched values, and all parameters together.
 import { signal } from '@preact/signals'
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks'
 import { ask } from '../bench.js'
@@ -15,7 +15,7 @@ const query = signal('')
 const closed = signal(new Set(['Communication']))
 const chosen = signal(null)
 
-/** The entries of the node's data sheet, and a way to read some of them anew. */
+/** The entries of the node's data sheet, and a function to read some of them again. */
 function useEntries(node) {
   const [entries, setEntries] = useState(null)
   const [refused, setRefused] = useState(null)

@@ -1,4 +1,4 @@
-// Parameters of a node as a whole: what differs, backup, restore.
+// All parameters of a node: differences, backup, restore.
 import { useState } from 'preact/hooks'
 import { fileText, save } from '../files.js'
 import { t } from '../i18n/index.js'

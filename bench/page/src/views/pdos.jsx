@@ -11,9 +11,9 @@ import { MapEditor } from './map-editor.jsx'
 
 /** @import * as wire from '../wire' */
 
-const EVERY = 1000 // ms from look to look at the values that are known
+const EVERY = 1000 // ms between two requests for the known values
 
-/** The PDOs of a node: read from it once, and when `read` is called. */
+/** The PDOs of a node: read from it when it is chosen, and when `read` is called. */
 function usePdos(node) {
   const [pdos, setPdos] = useState(null)
   const [asked, run] = useAsk()
@@ -30,7 +30,7 @@ function usePdos(node) {
   return { pdos, asked, read }
 }
 
-/** The data sheet's entries by address, with the values that are known: nothing is read from the node for them. */
+/** The entries of the data sheet by address, with the values known so far: this reads nothing from the node. */
 function useEntries(node) {
   const [entries, setEntries] = useState(new Map())
   useEffect(() => {
@@ -146,7 +146,7 @@ function Pdo({ node, pdo, entries, isEdited, edit, close }) {
             <li key={field.first_bit} class={`tint-${place % 8}`}>
               <code>{field.address}</code> {field.name} <small>{where(field)}</small>{' '}
               <b class="value">{entries.get(field.address)?.value?.text ?? field.text ?? ''}</b>{' '}
-              {/* What comes no more is as it was when it came last. */}
+              {/* If the PDO has stopped coming, this is its last value. */}
               {field.at !== null && <Age seen={{ at: field.at, is_old: rate === 0 }} />}
             </li>
           ))}

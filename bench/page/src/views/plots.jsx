@@ -11,14 +11,14 @@ import { Chart } from './chart.jsx'
 
 /** @import * as wire from '../wire' */
 
-const EVERY = 100 // ms from look to look
-const MOST = 100_000 // points of a curve that are kept
-const DRAWN = 3000 // points of a curve in a picture
+const EVERY = 100 // ms between two requests
+const MOST = 100_000 // most points kept of a curve
+const DRAWN = 3000 // most points drawn of a curve
 const SPANS = [2, 5, 10, 30, 60, 300] // s in sight while following
 
 const curves = signal([])
 const hidden = signal(new Set())
-/** What is in sight: the last `span` seconds, or from `range[0]` to `range[1]` when it is held. */
+/** The time in sight: the last `span` seconds, or `range` while the plot is held. */
 const span = signal(10)
 const range = signal(null)
 const cursors = signal([null, null])
@@ -75,7 +75,7 @@ export function Plots() {
   )
 }
 
-/** What is new of the curves; all of it when there are other curves, or when a log has gone back. */
+/** Requests the new points of the curves, or all of them if the set of curves has changed or a log has gone back. */
 async function lookForPoints() {
   if (view.time.peek() < newest(curves.peek()) - 1) curves.value = []
   const known = new Set(curves.peek().map(keyOf))
@@ -86,7 +86,7 @@ async function lookForPoints() {
 
 const colors = (curves) => new Map(curves.map((curve, place) => [keyOf(curve), `--curve-${place % 8}`]))
 
-/** A click sets one cursor, the next one the other. */
+/** Clicks set the first and the second cursor by turns. */
 function setCursor(time) {
   const [a, b] = cursors.value
   cursors.value = a === null || b !== null ? [time, null] : [a, time]
@@ -137,7 +137,7 @@ function Tools({ sight }) {
   )
 }
 
-/** Signals that are asked for often. */
+/** Signals that are plotted often. */
 const USUAL = ['6064:00', '606C:00', '6077:00', '6041:00', 'tpdo1', 'tpdo2']
 
 function Add() {

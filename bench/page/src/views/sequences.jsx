@@ -1,4 +1,4 @@
-// What is done becomes a sequence; those of the machine, and files, are played.
+// Records what is done as a sequence, and plays sequences of the machine or from files.
 import { useState } from 'preact/hooks'
 import { send, sendForFile } from '../bench.js'
 import { fileText } from '../files.js'

@@ -1,4 +1,4 @@
-// Every frame in words: filtered, followed or held, a million of them scrolled.
+// Every frame in words: filtered, followed or held, in a list of up to a million rows.
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks'
 import { ask, sendForFile } from '../bench.js'
 import { SERVICES, asOptions, has, isFiltering, toggled } from '../filters.js'
@@ -13,15 +13,15 @@ import { FORMATS, NO_FILTER, TRACE_COLUMNS } from '../words.js'
 /** @import { Row, TraceFilter } from '../wire' */
 
 const ROW = 21 // px
-const EVERY = 500 // ms from look to look when nothing calls for one
+const EVERY = 500 // ms between two requests when nothing else causes one
 
-const PATIENCE = 250 // ms from the last key to the filter
-/** The fields of the filter that are texts, and how many characters are in sight. */
+const PATIENCE = 250 // ms from the last key until the filter is applied
+/** The filter's text fields, and their widths in characters. */
 const FIELDS = { text: 16, nodes: 6, object: 10, ids: 8, without: 12 }
 const COLUMNS = TRACE_COLUMNS.filter(({ page }) => page !== null)
 const GRID = COLUMNS.map(({ page }) => page).join(' ')
 
-/** Cells that are more than their field. */
+/** Cells that are not just the field of the row. */
 const CELLS = {
   time: (row) => clock(row.time, 4),
   text: (row) => (
@@ -32,7 +32,7 @@ const CELLS = {
   ),
 }
 
-/** It stays where it is while other tabs are looked at. */
+/** Global, so that it keeps its position while another tab is open. */
 const trace = new TraceWindow(ask)
 const toggleFollowing = () => (trace.isFollowing.value ? trace.hold() : trace.follow())
 
@@ -128,7 +128,7 @@ function Filter() {
 }
 
 /**
- * What is typed becomes the filter when nothing is typed for a moment: each filter has the bench go through all rows.
+ * Text becomes the filter after a pause in typing, because for each filter the bench goes through all rows.
  * @param {{ name: string, size: number, value: string, set: (change: Partial<TraceFilter>) => void }} props
  */
 function FilterField({ name, size, value, set }) {
@@ -170,7 +170,7 @@ function Frames() {
     trace.look()
   }, [end, connection.value])
   useEffect(() => {
-    // A filter that is new to the bench takes it several looks.
+    // The bench needs several requests to apply a new filter.
     const timer = setInterval(() => trace.look(), EVERY)
     return () => clearInterval(timer)
   }, [])
@@ -181,12 +181,12 @@ function Frames() {
   }, [wantedRow.value])
   useLayoutEffect(() => {
     const wanted = scrollTopOf(bar, top.value)
-    if (!element.current || wanted === placed.current.wanted) return // Whoever moves the scroll bar meanwhile keeps it.
+    if (!element.current || wanted === placed.current.wanted) return // Leave the bar to a user who moves it.
     element.current.scrollTop = wanted
     placed.current = { wanted, is: element.current.scrollTop }
   })
 
-  /** The scroll bar was moved, if it is not where we have put it. */
+  /** Handles the user's moves of the scroll bar, not those made above. */
   const scrolled = () => {
     if (!element.current) return
     if (Math.abs(element.current.scrollTop - placed.current.is) >= 1)
@@ -208,7 +208,7 @@ function Frames() {
       event.preventDefault()
       trace.scrollBy(event.deltaMode === WheelEvent.DOM_DELTA_LINE ? event.deltaY : event.deltaY / ROW)
     }
-    // Not passive, as it would be through JSX: a step of the wheel is rows, however many there are.
+    // Not passive, as it would be through JSX, because the wheel scrolls by rows.
     target.addEventListener('wheel', wheel, { passive: false })
     return () => target.removeEventListener('wheel', wheel)
   }, [])
@@ -246,7 +246,7 @@ function Frames() {
   )
 }
 
-/** The service without its number, for its colour: `tpdo`. */
+/** The service without its number, as a class for its colour: `tpdo`. */
 const kindOf = (row) => `service ${row.service.toLowerCase().replace(/\W.*|\d+/g, '')}`
 
 /** @param {{ row: Row, place: number }} props */
