@@ -1,4 +1,4 @@
-//! Keeps account of which cell was compared with what, and which of them disagree.
+//! Records which cell was compared with what, and which cells disagree.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
@@ -41,13 +41,13 @@ pub(crate) struct Checker<'m> {
     manual: &'m Manual,
     /// Cells that were compared.
     compared: BTreeSet<String>,
-    /// Cells that disagree, or rows that are missing: what was found instead.
+    /// What was found in place of cells that disagree, or of missing rows.
     pub(crate) disagreements: BTreeMap<String, Vec<String>>,
-    /// Of each row, whether it agrees with what it was compared with.
+    /// For each row, whether it agrees with each thing it was compared with.
     pub(crate) rows: BTreeMap<(&'static str, String), BTreeMap<Against, bool>>,
-    /// Why the simulated drive does not do what some things are for, and which these are.
+    /// Things that the simulated drive does not do: the reason, and what they are for.
     pub(crate) not_simulated: Vec<(String, Vec<String>)>,
-    /// What is wrong beyond cells.
+    /// Mistakes that concern no cell.
     pub(crate) findings: Vec<String>,
 }
 
@@ -59,12 +59,12 @@ impl<'m> Checker<'m> {
         Checker { exempt, manual, compared: BTreeSet::new(), disagreements, rows, not_simulated, findings }
     }
 
-    /// Whether something is wrong already that no erratum explains.
+    /// Whether there is already a mistake that no erratum explains.
     pub(crate) fn has_finding(&self) -> bool {
         !self.findings.is_empty() || self.disagreements.keys().any(|cell| !self.manual.explains(cell))
     }
 
-    /// The row that must be there. Its key is compared by finding it.
+    /// The row that must be there: a finding if it is not. This compares its key.
     pub(crate) fn row(&mut self, file: &'static str, key: &str) -> Option<&'m Row> {
         let row = self.manual.row(file, key);
         match row {
@@ -95,7 +95,7 @@ impl<'m> Checker<'m> {
         self.that(row, column, against, row.get(column) == found, found);
     }
 
-    /// Compares a cell that is not simply text: it agrees when `agrees`.
+    /// Compares a cell that is more than text: it agrees if `agrees`.
     pub(crate) fn that(&mut self, row: &Row, column: &str, against: Against, agrees: bool, found: impl Display) {
         self.compared.insert(cell(row, column));
         if !row.has(column) {
@@ -108,14 +108,14 @@ impl<'m> Checker<'m> {
         *self.rows.entry((row.file, row.key.clone())).or_default().entry(against).or_insert(true) &= agrees;
     }
 
-    /// Adds something wrong that is no cell.
+    /// Adds a mistake that concerns no cell.
     pub(crate) fn finding(&mut self, finding: String) {
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
         }
     }
 
-    /// Adds something that is not simulated.
+    /// Adds a place that is not simulated, under its reason.
     pub(crate) fn not_simulated(&mut self, why: &str, place: String) {
         let at = self.not_simulated.iter().position(|(known, _)| known == why).unwrap_or(self.not_simulated.len());
         if at == self.not_simulated.len() {
@@ -126,14 +126,14 @@ impl<'m> Checker<'m> {
         }
     }
 
-    /// A finding unless `agrees`.
+    /// Adds a finding unless `agrees`.
     pub(crate) fn require(&mut self, agrees: bool, finding: impl FnOnce() -> String) {
         if !agrees {
             self.finding(finding());
         }
     }
 
-    /// Finds what was not compared although it could have been.
+    /// Adds findings for what was not compared although it could have been.
     pub(crate) fn finish(&mut self) {
         for (file, rows) in self.manual.tables().filter(|(file, _)| *file != "errata.csv") {
             for row in rows {
@@ -155,7 +155,7 @@ impl<'m> Checker<'m> {
     }
 }
 
-/// What was found in cells, before a checker takes it: it can be remembered.
+/// What was found in cells before a checker takes it, so that it can be remembered.
 #[derive(Clone, Default)]
 pub(crate) struct Answers {
     /// Key of the row, column, whether it agrees, and what was found.
@@ -180,7 +180,7 @@ impl Answers {
         }
     }
 
-    /// Gives a checker what the drive has answered about these rows.
+    /// Hands a checker what the drive has answered about these rows.
     pub(crate) fn give(self, checker: &mut Checker<'_>, rows: &[Row]) {
         let rows: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
         for (key, column, agrees, found) in self.cells {

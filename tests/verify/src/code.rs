@@ -1,4 +1,5 @@
-//! The generated code of a drive, compiled in: every handle with what its type says, and every newtype with its tables.
+//! The generated code of a drive, compiled in: every handle with what its type states, and every newtype with its
+//! tables.
 
 use std::any::type_name;
 use std::collections::BTreeMap;
@@ -9,15 +10,15 @@ use lexican_runtime::object::{
     Rpdo, Rw, Table, Tpdo, Type, Unit, Unmapped, Value, ValueName, Wo, WritableIn,
 };
 
-/// The module that `lexican_runtime::include_od!` makes, as data. `build.rs` writes a function that takes each name
-/// that the data sheet gives, so that what the generator loses or renames does not compile.
+/// The module that `lexican_runtime::include_od!` makes, as data. `build.rs` writes a function that uses every name in
+/// the data sheet: if the generator loses or renames one, this does not compile.
 pub(crate) struct Code {
     node: NodeId,
     pub(crate) handles: BTreeMap<Address, Handle>,
     pub(crate) enumerations: BTreeMap<&'static str, &'static [ValueName<'static>]>,
     pub(crate) bit_fields: BTreeMap<&'static str, &'static [BitName<'static>]>,
     pub(crate) quantities: BTreeMap<&'static str, &'static [Unit<'static>]>,
-    /// `TPDO1`: what it maps, and its identifier.
+    /// For each PDO, such as `TPDO1`: its mapping, and its identifier.
     pub(crate) pdos: BTreeMap<&'static str, (&'static [Mapped], u32)>,
     pub(crate) table: &'static Table,
     pub(crate) ranges: &'static [ConditionalLimit],
@@ -34,7 +35,7 @@ pub(crate) struct Identity {
     pub(crate) bit_rates_kbit: &'static [u16],
 }
 
-/// What a typed handle says.
+/// What the type of a handle states.
 pub(crate) struct Handle {
     /// As a program writes it: `MOTOR_PARAMETER_SET.v_pos`.
     pub(crate) path: &'static str,
@@ -47,7 +48,7 @@ pub(crate) struct Handle {
     pub(crate) limits: Option<(i128, i128)>,
 }
 
-/// What depends on something, and what is kept.
+/// Conditional limits, entries that can be written only in some states, and persistent entries.
 type Rules = (&'static [ConditionalLimit], &'static [WritableIn], &'static [Address]);
 
 impl Code {
@@ -103,14 +104,14 @@ impl Code {
         self.table.entry(address).ok().map(|entry| entry.data_type)
     }
 
-    /// The size of an entry in bytes; four where it has none of its own.
+    /// The size of an entry in bytes; 4 if it has no fixed size.
     pub(crate) fn size(&self, index: u16, sub: u8) -> u8 {
         self.data_type(Address::new(index, sub)).and_then(DataType::bits).map_or(4, |bits| bits / 8)
     }
 }
 
 impl Handle {
-    /// Without default and limits.
+    /// A handle without default and limits.
     fn new<T: Type, A: Right, M: Right>(path: &'static str) -> Self {
         let (access, is_mappable) = (A::NAME, M::NAME != "no");
         let value_type = short_name::<T>();
@@ -132,12 +133,12 @@ macro_rules! rights {
 
 rights! { Ro "ro" Wo "wo" Rw "rw" Const "const" Unmapped "no" Tpdo "tpdo" Rpdo "rpdo" Mappable "both" }
 
-/// The number of a value, with its sign.
+/// The value as a number with its sign.
 fn number<T: Value>(value: T) -> i128 {
     signed(value.to_raw(), T::DATA_TYPE)
 }
 
-/// The number in wire form, with its sign.
+/// The number in its form on the wire, with its sign.
 pub(crate) fn signed(raw: u64, data_type: DataType) -> i128 {
     let unused = 64 - u32::from(data_type.bits().unwrap_or(64));
     if data_type.is_signed() { i128::from((raw << unused) as i64 >> unused) } else { i128::from(raw) }

@@ -1,4 +1,4 @@
-//! What a drive brings.
+//! The description of a drive that is compared with its manual.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,9 +13,9 @@ use crate::sheet::Sheet;
 
 /// A drive that is compared with its manual.
 pub struct Drive {
-    /// As the command names it.
+    /// Its name in the command.
     pub name: &'static str,
-    /// As the manual names its maker and it.
+    /// Maker and drive, as the manual names them.
     pub(crate) vendor: &'static str,
     pub(crate) title: &'static str,
     /// Data sheet and overlay, below the workspace's root.
@@ -23,9 +23,9 @@ pub struct Drive {
     pub(crate) overlay: &'static str,
     /// The folder of the manual's tables.
     pub(crate) folder: &'static str,
-    /// Where the report lies.
+    /// The file of the report.
     pub report: &'static str,
-    /// The tables, and the columns whose cells, joined with `:`, are a row's key; empty ones are left out.
+    /// The tables. A row's key consists of the cells of the given columns, joined with `:`; empty cells are left out.
     pub(crate) tables: Keys,
     /// What is not compared.
     pub exempt: Exempt,
@@ -33,27 +33,26 @@ pub struct Drive {
     pub(crate) code: fn(NodeId) -> Code,
     /// The node of the manual's examples.
     pub(crate) node: NodeId,
-    /// The objects whose entries are alike; those with others are records.
+    /// The objects whose entries are all alike. Others with several entries are records.
     pub(crate) arrays: &'static [u16],
-    /// All comparisons, the quick ones first: a mutant is found sooner.
+    /// All comparisons, the quick ones first, so that a mutant is found sooner.
     pub(crate) checks: &'static [Check],
-    /// Through which of its interfaces it is compared.
+    /// The interface through which it is compared.
     pub interface: Interface,
 }
 
 /// An interface of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interface {
-    /// CANopen: all of the data sheet, the overlay and the generated code is compared, too.
+    /// CANopen. The whole data sheet, the overlay and the generated code are compared, too.
     CanOpen,
-    /// Another one, whose parameters are held against the data sheet: what stands for the code, and what the simulated
-    /// drive is asked over.
+    /// Another one, whose parameters are compared with the data sheet.
     Other {
-        /// Its section in the overlay: `serial`.
+        /// The name of its section in the overlay: `serial`.
         section: &'static str,
-        /// The code and its tables.
+        /// What is compared in place of the generated code.
         code: &'static str,
-        /// What the drive is asked over.
+        /// What the simulated drive is asked over.
         over: &'static str,
     },
 }
@@ -61,7 +60,7 @@ pub enum Interface {
 /// A comparison of some tables.
 pub(crate) type Check = fn(&mut Checker<'_>, &Case<'_>);
 
-/// A drive with what is compared at the moment.
+/// A drive, and the texts that are compared at present.
 pub(crate) struct Case<'a> {
     pub(crate) drive: &'a Drive,
     pub(crate) manual: &'a Manual,
@@ -77,13 +76,13 @@ pub struct Inputs {
     pub overlay: String,
     /// The manual's tables: file name and text.
     pub tables: BTreeMap<String, String>,
-    /// The code was not generated from this data sheet and overlay. Generated anew, it would agree with them, so the
-    /// two are not compared: what is wrong in them has to show against the manual.
+    /// Whether the code was generated from another data sheet or overlay. These are then not compared with the code,
+    /// because code generated anew would agree with them: a mistake in them has to show against the manual.
     pub code_is_stale: bool,
 }
 
 impl Inputs {
-    /// Reads those of a drive below the workspace's root.
+    /// Reads the texts of a drive below the workspace's root.
     ///
     /// # Errors
     ///

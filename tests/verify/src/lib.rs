@@ -1,4 +1,4 @@
-//! Drives against every table of their manuals.
+//! Compares drives with every table of their manuals.
 //!
 //! [`verify`] takes the texts of a drive's data sheet, of its overlay and of its manual's tables (`tests/manual/`), and
 //! compares each cell with its subject: the model that data sheet and overlay make, the generated code that is compiled
@@ -45,19 +45,19 @@ use drive::Case;
 use manual::Manual;
 use sheet::Sheet;
 
-/// Compares everything with everything; see the crate's documentation.
+/// Compares everything; see the documentation of the crate.
 #[must_use]
 pub fn verify(drive: &Drive, inputs: &Inputs) -> Report {
     compared(drive, inputs, false).unwrap_or_default()
 }
 
-/// Whether [`verify`] has findings, without looking for more than one.
+/// Whether [`verify`] has findings. Stops at the first one.
 #[must_use]
 pub fn finds(drive: &Drive, inputs: &Inputs) -> bool {
     compared(drive, inputs, true).is_none_or(|report| !report.findings.is_empty())
 }
 
-/// The report, or nothing as soon as there is a finding if one is enough.
+/// The report; `None` at the first finding if `one_is_enough`.
 fn compared(drive: &Drive, inputs: &Inputs, one_is_enough: bool) -> Option<Report> {
     let manual = Manual::parse(drive.tables, &inputs.tables);
     let sources = [(drive.data_sheet, &inputs.eds), (drive.overlay, &inputs.overlay)];

@@ -1,4 +1,4 @@
-//! `cargo xtask verify [DRIVE]`: writes each drive's VERIFICATION.md, or with `--check` looks whether it is right.
+//! `cargo xtask verify [DRIVE]`: writes each drive's VERIFICATION.md; with `--check`, only compares it.
 
 use std::path::Path;
 use std::process::ExitCode;

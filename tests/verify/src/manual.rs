@@ -1,15 +1,15 @@
-//! The manual's tables as rows and cells, each with the key that its folder's README gives it.
+//! The manual's tables as rows and cells. Each row has the key that its folder's README defines.
 
 use std::collections::BTreeMap;
 
-/// Each table's file and the columns that are its key.
+/// Each table's file, and the columns that form its key.
 pub(crate) type Keys = &'static [(&'static str, &'static [&'static str])];
 
 /// All tables, by file name.
 pub(crate) struct Manual {
     keys: Keys,
     tables: BTreeMap<&'static str, Vec<Row>>,
-    /// What is wrong with the files themselves.
+    /// Mistakes in the files themselves.
     pub(crate) findings: Vec<String>,
 }
 
@@ -51,7 +51,7 @@ impl Manual {
         self.keys.iter().find(|(known, _)| *known == file).map_or(&[], |(_, keys)| keys)
     }
 
-    /// A cell, or nothing where there is no such row.
+    /// A cell; empty if there is no such row.
     pub(crate) fn cell(&self, file: &str, key: &str, column: &str) -> &str {
         self.row(file, key).map_or("", |row| row.get(column))
     }
@@ -66,7 +66,7 @@ impl Manual {
         self.rows(file).iter().find(|row| row.key == key)
     }
 
-    /// Whether an erratum says that a cell disagrees.
+    /// Whether an erratum lists a cell as one that disagrees.
     pub(crate) fn explains(&self, cell: &str) -> bool {
         self.rows("errata.csv").iter().any(|row| row.get("cells").split(';').any(|named| named == cell))
     }
@@ -109,7 +109,7 @@ fn rows(file: &'static str, keys: &[&str], text: &str) -> Result<Vec<Row>, csv::
 /// Columns and cells of some rows.
 pub(crate) type Cells = Vec<Vec<(String, String)>>;
 
-/// What rows hold, as a key to what is found for them.
+/// The content of rows, as a key for remembered results.
 pub(crate) fn cells(rows: &[Row]) -> Cells {
     rows.iter().map(|row| row.cells.clone()).collect()
 }

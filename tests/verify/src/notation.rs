@@ -1,4 +1,4 @@
-//! The manual's notation of numbers.
+//! The manuals' notation of numbers.
 
 /// A default as printed: `no`, `100`, `195h`, `80h + Node-ID`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub(crate) enum Default {
     NodeIdPlus(i128),
 }
 
-/// `None` when the cell is none of these.
+/// Parses a default; `None` if the cell is not one.
 pub(crate) fn default(text: &str) -> Option<Default> {
     if text == "no" {
         return Some(Default::None);
@@ -22,7 +22,8 @@ pub(crate) fn default(text: &str) -> Option<Default> {
     }
 }
 
-/// Decimal, hexadecimal (`65h`, `0x65`), or a power and one less than it (`2^20`, `2^32-1`); a sign may precede it.
+/// Parses a decimal or hexadecimal number (`65h`, `0x65`), a power, or one less than a power (`2^20`, `2^32-1`), with
+/// or without a sign.
 pub(crate) fn number(text: &str) -> Option<i128> {
     if let Some(text) = text.strip_prefix('-') {
         let bare = text.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
@@ -39,7 +40,7 @@ pub(crate) fn number(text: &str) -> Option<i128> {
     }
 }
 
-/// Hexadecimal without a prefix.
+/// Parses hexadecimal digits without a prefix.
 pub(crate) fn hex(text: &str) -> Option<u32> {
     u32::from_str_radix(text, 16).ok()
 }
@@ -49,7 +50,7 @@ pub(crate) fn bytes(text: &str) -> Option<Vec<u8>> {
     text.split(' ').map(|byte| u8::from_str_radix(byte, 16).ok()).collect()
 }
 
-/// Bytes as the manual prints them.
+/// Bytes in the notation of the manual.
 pub(crate) fn print(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
 }
@@ -67,7 +68,7 @@ pub(crate) fn bits(text: &str) -> Option<(u8, u8)> {
     Some((first.min(last), first.max(last)))
 }
 
-/// How an entry can be accessed, as a data sheet has it.
+/// The access of an entry, in the notation of a data sheet.
 pub(crate) fn access(text: &str) -> &str {
     match text {
         "read-only" | "read" | "RO" | "R/O" | "r" => "ro",
@@ -93,7 +94,7 @@ pub(crate) fn yes(yes: bool) -> &'static str {
     if yes { "yes" } else { "no" }
 }
 
-/// A name as it would be written in code: `v-Pos` is `v_pos`, `StdIn` is `std_in`.
+/// A name in the notation of code: `v-Pos` is `v_pos`, `StdIn` is `std_in`.
 pub(crate) fn snake(name: &str) -> String {
     let mut words = String::new();
     let mut before = ' ';
@@ -107,7 +108,7 @@ pub(crate) fn snake(name: &str) -> String {
     words.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
-/// Whether a word is as a pattern of 1, 0 and x, whose groups are separated by spaces.
+/// Whether a word matches a pattern of 1, 0 and x, whose groups are separated by spaces.
 pub(crate) fn fits(word: u16, pattern: &str) -> bool {
     let digits: Vec<char> = pattern.chars().filter(|digit| *digit != ' ').collect();
     let is = |(bit, digit): (usize, &char)| *digit == 'x' || *digit == if word >> bit & 1 == 1 { '1' } else { '0' };

@@ -11,13 +11,13 @@ use crate::sheet::PROSE;
 /// The result of the comparison.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// One for each table of the manual, by file name.
+    /// The report of each table of the manual, by file name.
     pub tables: Vec<TableReport>,
-    /// Where the manual contradicts itself or CiA.
+    /// The places where the manual contradicts itself or CiA.
     pub errata: Vec<Erratum>,
-    /// What the simulated drive does not do, and why: `2026h` or `20A4h, bits 8..12`.
+    /// What the simulated drive does not do: the reason, and places such as `2026h` or `20A4h, bits 8..12`.
     pub not_simulated: Vec<(String, Vec<String>)>,
-    /// What is wrong: none when everything is verified.
+    /// All mistakes; empty if everything is verified.
     pub findings: Vec<String>,
 }
 
@@ -26,16 +26,17 @@ pub struct Report {
 pub struct TableReport {
     /// The file.
     pub file: &'static str,
-    /// All rows.
+    /// The number of all rows.
     pub rows: usize,
-    /// Rows that were compared with anything but the manual itself.
+    /// The number of rows compared with anything but the manual itself.
     pub checked: usize,
-    /// Rows of which every compared cell agrees.
+    /// The number of rows whose compared cells all agree.
     pub agreeing: usize,
-    /// How deep the rows checked were compared: with what the simulated drive does; at most with what its entries hold; with
+    /// The rows checked, by depth: compared with what the simulated drive does; at most with what its entries hold;
+    /// with neither.
     /// neither.
     pub depth: [usize; 3],
-    /// Rows compared and rows agreeing, for each thing they were compared with.
+    /// Numbers of rows compared and of rows agreeing, by what they were compared with.
     pub against: BTreeMap<Against, (usize, usize)>,
 }
 
@@ -46,7 +47,7 @@ pub struct Erratum {
     pub id: String,
     /// The columns `place`, `reading_a`, `reading_b`, `chosen`, `why`.
     pub cells: [String; 5],
-    /// The cells of the manual that cannot agree because of it, and what was found in their place.
+    /// The cells of the manual that cannot agree because of it, and what was found in their places.
     pub disagreeing: Vec<(String, String)>,
 }
 
@@ -203,7 +204,7 @@ pub(crate) fn report(manual: &Manual, checker: Checker<'_>) -> Report {
     for (cell, found) in disagreements.iter().filter(|(cell, _)| !explained.contains(*cell)) {
         findings.push(format!("{cell}: {}", found.join("; ")));
     }
-    // Tables that other manuals of the maker have are empty.
+    // A table without rows belongs to other manuals of the maker.
     let tables = manual.tables().filter(|(file, rows)| *file != "errata.csv" && !rows.is_empty());
     let tables = tables.map(|(file, all)| table(file, all, &rows, &disagreements)).collect();
     Report { tables, errata, not_simulated, findings }

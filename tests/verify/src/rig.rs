@@ -1,4 +1,4 @@
-//! A simulated drive on a virtual bus, and a manager's way to ask it.
+//! A simulated drive on a virtual bus, and a manager's requests to it.
 
 use std::any::{Any, type_name};
 use std::collections::BTreeMap;
@@ -11,29 +11,29 @@ use lexican_runtime::profile::cia402::{State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-/// A drive in software, as the comparisons of any drive look at it.
+/// A drive in software, for the comparisons of any drive.
 pub(crate) trait Simulator: Sized + 'static {
     type Drive: Node + Send + 'static;
 
-    /// The node of the manual's examples.
+    /// The node-ID of the manual's examples.
     const NODE: NodeId;
-    /// Whether 23h is the only SDO command that writes.
+    /// Whether the drive takes no SDO write but that of four bytes (23h).
     const WRITES_FOUR_BYTES: bool = false;
 
-    /// The state changes of the drive, as its crate has them.
+    /// The transitions of the drive, as its crate has them.
     fn transitions() -> Transitions;
     fn start(now: Instant) -> Self::Drive;
-    /// Sets what most comparisons need and a drive that has just been delivered does not do.
+    /// Changes a drive as delivered so that most comparisons are possible.
     fn prepare(_rig: &mut Rig<Self>) {}
     fn nmt(drive: &Self::Drive) -> NmtState;
     fn state(drive: &Self::Drive) -> State;
     fn status_word(drive: &mut Self::Drive, now: Instant) -> u16;
-    /// Brings a fault about that is over at once.
+    /// Causes a fault that is over at once.
     fn fail(drive: &mut Self::Drive, now: Instant);
 }
 
-/// Asks unless the answer is remembered: the drive answers the same while cells of the tables are altered, and is asked
-/// again and again. The key has everything that the answer depends on, besides the drive `S` and the place of the call.
+/// Remembers answers: while cells of the tables are mutated, the drive is asked again and again, and answers the same.
+/// The key must contain everything on which the answer depends, besides the drive `S` and the place of the call.
 #[track_caller]
 pub(crate) fn once<S, V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce() -> V) -> V {
     static MEMORY: Mutex<BTreeMap<String, Box<dyn Any + Send>>> = Mutex::new(BTreeMap::new());
@@ -47,7 +47,7 @@ pub(crate) fn once<S, V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOn
     })
 }
 
-/// A drive that has booted, and a link to it. A frame takes no time here.
+/// A drive that has booted, and a link to it. On this bus, frames take no time.
 pub(crate) struct Rig<S: Simulator> {
     bus: VirtualBus,
     link: VirtualLink,
@@ -55,7 +55,7 @@ pub(crate) struct Rig<S: Simulator> {
 }
 
 impl<S: Simulator> Rig<S> {
-    /// Prepared for comparisons.
+    /// A drive prepared for comparisons.
     pub(crate) fn new() -> Self {
         let mut rig = Rig::as_delivered();
         S::prepare(&mut rig);
@@ -74,7 +74,7 @@ impl<S: Simulator> Rig<S> {
         Rig { bus, link, drive }
     }
 
-    /// In OPERATIONAL.
+    /// A drive in OPERATIONAL.
     pub(crate) fn operational() -> Self {
         let mut rig = Rig::new();
         rig.nmt(0x01);
@@ -82,7 +82,7 @@ impl<S: Simulator> Rig<S> {
         rig
     }
 
-    /// In OPERATION ENABLED, by the control words of the examples.
+    /// A drive in OPERATION ENABLED, by the control words of the examples.
     pub(crate) fn enabled() -> Self {
         let mut rig = Rig::operational();
         rig.enable();
@@ -136,19 +136,19 @@ impl<S: Simulator> Rig<S> {
         self.hear(0);
     }
 
-    /// What comes within so many milliseconds.
+    /// The frames of the next `ms` milliseconds.
     pub(crate) fn hear(&mut self, ms: u64) -> Vec<Frame> {
         let until = self.bus.now() + Duration::from_millis(ms);
         std::iter::from_fn(|| self.link.receive_frame(until).ok().flatten()).collect()
     }
 
-    /// The data of what comes with this identifier.
+    /// The data of the frames with this identifier.
     pub(crate) fn hear_from(&mut self, id: u16, ms: u64) -> Vec<Vec<u8>> {
         let frames = self.hear(ms);
         frames.iter().filter(|frame| frame.id().raw() == u32::from(id)).map(|frame| frame.data().to_vec()).collect()
     }
 
-    /// What a remote frame brings within so many milliseconds.
+    /// The data that a remote frame brings within `ms` milliseconds.
     pub(crate) fn requested(&mut self, id: u16, ms: u64) -> Vec<Vec<u8>> {
         self.request(id);
         self.hear_from(id, ms)
@@ -161,7 +161,7 @@ impl<S: Simulator> Rig<S> {
         self.hear_from(Self::own(0x580), 0).first().and_then(|data| data.as_slice().try_into().ok())
     }
 
-    /// Reads: the four bytes as a number, or the abort code (0 when nothing answers).
+    /// Reads an entry of up to four bytes as a number. `Err` has the abort code, or 0 without an answer.
     pub(crate) fn read(&mut self, index: u16, sub: u8) -> Result<u32, u32> {
         let [low, high] = index.to_le_bytes();
         match self.sdo(&[0x40, low, high, sub, 0, 0, 0, 0]) {
@@ -171,7 +171,7 @@ impl<S: Simulator> Rig<S> {
         }
     }
 
-    /// Writes `size` bytes, or four if the drive takes nothing else; `Err` has the abort code (0 when nothing answers).
+    /// Writes `size` bytes, or four if the drive takes nothing else. `Err` has the abort code, or 0 without an answer.
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: i64, size: u8) -> Result<(), u32> {
         self.write_exactly(index, sub, value, if S::WRITES_FOUR_BYTES { 4 } else { size })
     }
@@ -189,7 +189,8 @@ impl<S: Simulator> Rig<S> {
         }
     }
 
-    /// Writes these: index, sub-index, value, and size. Whether all were taken; what is not also shows in what follows.
+    /// Writes values with index, sub-index and size. Returns whether all were accepted; a refusal also shows in the
+    /// steps that follow.
     pub(crate) fn set(&mut self, values: &[(u16, u8, i64, u8)]) -> bool {
         let mut taken = true;
         for &(index, sub, value, size) in values {
@@ -203,7 +204,7 @@ impl<S: Simulator> Rig<S> {
         look(&mut drive, self.bus.now())
     }
 
-    /// The status word, whether or not the network lets it be read.
+    /// The status word, even if the network does not let it be read.
     pub(crate) fn status(&self) -> u16 {
         self.see(S::status_word)
     }

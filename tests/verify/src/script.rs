@@ -1,9 +1,9 @@
-//! Scripts: what manuals say in words, and by what a simulated drive shows it.
+//! Scripts: statements of manuals in words, and what a simulated drive does to show that they hold.
 //!
-//! A paragraph has the key of a row. Then come its clauses, each behind a dash, and below them, indented, the runs that show
-//! them; clauses behind each other share their runs. A run begins with a drive that has booted, and has steps with
-//! semicolons between them, each of which must hold. A clause or a run after `[keys]` is only for drives that have keys, one after
-//! `[no keys]` for the others. `let` gives steps a name; `$1` is the first word behind it.
+//! A paragraph begins with the key of a row. Its clauses follow, each after a dash, and below them, indented, the runs
+//! that show that they hold; consecutive clauses share the runs below them. A run begins with a drive that has booted.
+//! Its steps, separated by semicolons, must all hold. A clause or run after `[keys]` is only for drives with keys, one
+//! after `[no keys]` only for those without. `let` names steps; `$1` is the first word after the name.
 //!
 //! ```text
 //! let stepped = control 200F; wait 30000
@@ -15,8 +15,8 @@
 //!   ready 2415:00=-700; stepped; position -700
 //! ```
 //!
-//! Numbers of objects, identifiers, control words, NMT commands and bytes are hexadecimal. What is found may have to be a number,
-//! or `>0`, `<0`, `10..11`; a frame may have to be a pattern, in which `.` is any digit and `*` any rest.
+//! Numbers of objects, identifiers, control words, NMT commands and bytes are hexadecimal. An expected value is a
+//! number, `>0`, `<0` or `10..11`; an expected frame may be a pattern, where `.` is any digit and `*` any rest.
 
 use std::collections::BTreeMap;
 
@@ -24,30 +24,30 @@ use crate::notation::{hex, number};
 use crate::rig::{Rig, Simulator};
 use crate::states::state_name;
 
-/// Clauses, and whether the drive is so.
+/// Clauses, and whether each holds for the drive.
 pub(crate) type Clauses = Vec<(&'static str, bool)>;
 
 /// A drive that scripts can be about.
 pub(crate) trait Scripted: Simulator {
-    /// Whether it has what a clause is about: keys, limit switches.
+    /// Whether the drive has a feature that a clause is about: keys, limit switches.
     fn has_feature(name: &str) -> bool;
 
-    /// How many bytes an entry has.
+    /// The size of an entry in bytes.
     fn size(rig: &Rig<Self>, index: u16, sub: u8) -> u8;
 
     /// A value by a name that only this kind of drive has.
     fn value(name: &str) -> Option<i64>;
 
-    /// Where the shaft is, as the drive counts.
+    /// The position of the shaft, in the drive's counts.
     fn place(rig: &Rig<Self>) -> i64;
 
-    /// Carries out a step that only this kind of drive has: whether it holds, or nothing if it does not know the word.
+    /// Carries out a step that only this kind of drive has. Returns whether it holds, or `None` if the word is unknown.
     fn step(rig: &mut Rig<Self>, verb: &str, args: &[&str]) -> Option<bool>;
 }
 
 /// The paragraphs of a file.
 pub(crate) struct Script {
-    /// What `let` has given a name.
+    /// Steps by the names that `let` gave them.
     names: BTreeMap<&'static str, &'static str>,
     /// Clauses and the runs that show them, by key.
     paragraphs: BTreeMap<&'static str, Vec<Group>>,
@@ -60,12 +60,12 @@ struct Group {
     runs: Vec<&'static str>,
 }
 
-/// A run on its way.
+/// A run in progress.
 struct Run<S: Simulator> {
     rig: Rig<S>,
-    /// Where the shaft was when the run said `mark`.
+    /// The position of the shaft at the step `mark`.
     mark: i64,
-    /// The step that did not hold, as the run has it.
+    /// The step that did not hold, in the notation of the run.
     failed: String,
 }
 
@@ -96,7 +96,7 @@ impl Script {
         script
     }
 
-    /// The clauses of a paragraph, and whether the drive is so.
+    /// The clauses of a paragraph, and whether each holds for the drive.
     pub(crate) fn clauses<S: Scripted>(&self, key: &str) -> Option<Clauses> {
         let groups = self.paragraphs.get(key)?;
         let of_group = |group: &Group| {
@@ -113,7 +113,7 @@ impl Script {
         self.steps(&mut Run::<S>::default(), steps)
     }
 
-    /// The runs that do not hold, each with its clause and the step that is not so.
+    /// The runs that do not hold, each with its clause and the step that failed.
     pub(crate) fn failures<S: Scripted>(&self) -> Vec<String> {
         let groups = self.paragraphs.values().flatten();
         let runs = groups.flat_map(|group| group.runs.iter().map(|run| (group.clauses.join(", "), *run)));
@@ -146,7 +146,7 @@ impl Script {
                 }
                 self.steps(run, &steps)
             }
-            // Looked at every tenth of a second, for so long.
+            // Check every tenth of a second, for up to `ms`.
             Some((&"until", [ms, ..])) => {
                 let question = step.splitn(3, ' ').nth(2).unwrap_or_default();
                 let looks = ms.parse::<u64>().unwrap_or_default() / 100;
@@ -169,14 +169,14 @@ impl Script {
     }
 }
 
-/// What is behind `[keys]`, if the drive has some.
+/// The text after a mark such as `[keys]`, if the drive has that feature.
 fn featured<S: Scripted>(text: &'static str) -> Option<&'static str> {
     let Some((name, rest)) = text.strip_prefix('[').and_then(|text| text.split_once("] ")) else { return Some(text) };
     let (name, wanted) = name.strip_prefix("no ").map_or((name, true), |name| (name, false));
     (S::has_feature(name) == wanted).then_some(rest)
 }
 
-/// A step that every drive has.
+/// Carries out a step that every kind of drive has.
 fn common<S: Scripted>(rig: &mut Rig<S>, verb: &str, args: &[&str]) -> Option<bool> {
     let ms = |text: &str| text.parse::<u64>().ok();
     let id = |text: &str| u16::from_str_radix(text, 16).ok();
@@ -197,7 +197,7 @@ fn common<S: Scripted>(rig: &mut Rig<S>, verb: &str, args: &[&str]) -> Option<bo
         ("request", [of]) => rig.request(id(of)?),
         ("control", words) => words.iter().try_for_each(|word| id(word).map(|word| rig.control(word)))?,
         ("command", [to, word, target]) => rig.command(id(to)?, id(word)?, target.parse().ok()?),
-        // Whatever comes of it shows in what follows.
+        // Accepted or refused: the effect shows in the steps that follow.
         ("try", writes) => writes.iter().try_for_each(|text| write(rig, text).map(|_| ()))?,
         ("set", writes) => {
             return writes
@@ -255,7 +255,7 @@ fn common<S: Scripted>(rig: &mut Rig<S>, verb: &str, args: &[&str]) -> Option<bo
         ("last", [of, span, pattern]) => {
             return Some(rig.hear_from(id(of)?, ms(span)?).last().is_some_and(|data| is_like(data, pattern)));
         }
-        // Nothing else comes.
+        // No other frame comes.
         ("only", [of, span, range]) => {
             let (of, found) = (u32::from(id(of)?), rig.hear(ms(span)?));
             return Some(is_in(found.len() as i64, range) && found.iter().all(|frame| frame.id().raw() == of));
@@ -267,7 +267,7 @@ fn common<S: Scripted>(rig: &mut Rig<S>, verb: &str, args: &[&str]) -> Option<bo
     Some(true)
 }
 
-/// Writes as `2410:04=51` says; nothing if it says nothing.
+/// Writes a value given as `2410:04=51`; `None` if the text is none.
 pub(crate) fn write<S: Scripted>(rig: &mut Rig<S>, text: &str) -> Option<Result<(), u32>> {
     let (at, value) = text.split_once('=')?;
     let ((index, sub), value) = (address(at)?, value_of::<S>(value)?);
@@ -285,14 +285,14 @@ fn value_of<S: Scripted>(text: &str) -> Option<i64> {
     number(text).and_then(|number| i64::try_from(number).ok()).or_else(|| S::value(text))
 }
 
-/// Whether what was read is as it has to be, with a sign or without.
+/// Whether a value that was read is as expected, taken with or without a sign.
 fn is_value<S: Scripted>(found: u32, range: &str) -> bool {
     let value = S::value(range);
     value == Some(found.into())
         || value.is_none() && (is_in(found.into(), range) || is_in((found as i32).into(), range))
 }
 
-/// Whether a number is the one that is written, or as `>0`, `<0` or `10..11` says.
+/// Whether a number is equal to the given one, or within `>0`, `<0` or `10..11`.
 pub(crate) fn is_in(found: i64, range: &str) -> bool {
     let found = i128::from(found);
     let is = |text: &str, holds: fn(&i128, &i128) -> bool| number(text).is_some_and(|number| holds(&found, &number));

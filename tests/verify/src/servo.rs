@@ -1,4 +1,4 @@
-//! Drives whose simulator is the servo of CiA 402 with their own dictionary: what all of them are asked.
+//! Drives whose simulator is the servo of CiA 402 with their own dictionary: what the comparisons ask of all of them.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -32,7 +32,7 @@ pub(crate) trait OfModel: Sized + 'static {
     }
 }
 
-/// Its simulator.
+/// The simulator of such a drive.
 pub(crate) struct Servo<D>(PhantomData<D>);
 
 impl<D: OfModel> Simulator for Servo<D> {
@@ -116,7 +116,7 @@ impl<D: OfModel> Scripted for Servo<D> {
     fn step(rig: &mut Rig<Self>, verb: &str, args: &[&str]) -> Option<bool> {
         let code = |label: &str| D::code(label).or_else(|| hex(label).map(|code| code as u16));
         let codes = |labels: &[&str]| labels.iter().map(|label| code(label)).collect::<Option<Vec<u16>>>();
-        // Situations, then orders, and questions.
+        // First situations, then orders, then questions.
         match (verb, args) {
             ("mode", [mode]) => {
                 rig.nmt(0x01);
@@ -149,7 +149,7 @@ impl<D: OfModel> Scripted for Servo<D> {
                 let ((index, sub), bit) = (address(at)?, bit.parse::<u32>().ok()?);
                 return Some((rig.number(index, sub) >> bit & 1).to_string() == *value);
             }
-            // Over these positions, within two seconds.
+            // It is slow over these positions, within two seconds.
             ("slow-at", [range]) => {
                 let is_slow = |rig: &Rig<Self>| {
                     let speed = rig.see(|drive, now| drive.servo().shaft(now).velocity.abs());
@@ -203,7 +203,7 @@ impl<D: OfModel> Scripted for Servo<D> {
     }
 }
 
-/// Enabled in the homing mode, on a machine with all switches.
+/// A drive in OPERATION ENABLED and the homing mode, on a machine with all switches.
 fn homing<D: OfModel>(method: i8) -> Rig<Servo<D>> {
     let mut rig = Rig::enabled_in(Mode::Homing);
     rig.world(|inputs| {
@@ -218,12 +218,12 @@ fn homing<D: OfModel>(method: i8) -> Rig<Servo<D>> {
     rig
 }
 
-/// A dictionary that notes which entries the drive itself looks at or sets.
+/// A dictionary that records which entries the drive itself reads or sets.
 #[derive(Debug)]
 struct Noted(Box<dyn Storage>);
 
 thread_local! {
-    /// The entries noted since [`used`] has begun. A bus runs its drives in the thread that waits.
+    /// The entries recorded since [`used`] has begun. A bus runs its drives in the thread that waits.
     static NOTED: RefCell<BTreeSet<Address>> = const { RefCell::new(BTreeSet::new()) };
 }
 
@@ -270,8 +270,8 @@ impl Storage for Noted {
     }
 }
 
-/// The entries that a drive looks at or sets by itself while it is moved in each of its modes, in a world in which things
-/// happen. Nothing is read of it by SDO meanwhile.
+/// The entries that a drive reads or sets by itself while it is moved in each of its modes, and while inputs around it
+/// change. Meanwhile, no SDO reads any entry.
 pub(crate) fn used<D: OfModel>() -> BTreeSet<Address> {
     let storage = |node| Box::new(Noted((D::model().storage)(node))) as Box<dyn Storage>;
     let model: &'static ServoModel = Box::leak(Box::new(ServoModel { storage, ..*D::model() }));
@@ -312,25 +312,25 @@ pub(crate) fn used<D: OfModel>() -> BTreeSet<Address> {
 }
 
 impl<D: OfModel> Rig<Servo<D>> {
-    /// Lets the world change.
+    /// Changes the inputs of the drive.
     pub(crate) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
         self.see(|drive, now| drive.set_inputs(now, change));
         self.hear(0);
     }
 
-    /// Writes to the dictionary what a client would.
+    /// Writes to the dictionary as a client would.
     pub(crate) fn put(&mut self, index: u16, sub: u8, value: i64) -> Result<(), u32> {
         let entry = self.see(|drive, _| drive.storage().entry(Address::new(index, sub)).ok());
         let size = entry.and_then(|entry| entry.data_type.size()).unwrap_or(4);
         self.write(index, sub, value, size as u8)
     }
 
-    /// A number of the dictionary.
+    /// A number in the dictionary.
     pub(crate) fn number(&self, index: u16, sub: u8) -> i64 {
         self.see(|drive, now| drive.with_servo(now, |_, od| od.number(Address::new(index, sub)).unwrap_or_default()))
     }
 
-    /// Enabled in a mode, without halt and with nothing ordered.
+    /// A drive in OPERATION ENABLED and a mode, without halt and with nothing ordered.
     pub(crate) fn enabled_in(mode: Mode) -> Self {
         let mut rig = Rig::operational();
         let code = D::model().modes.code(mode).unwrap_or_default();
@@ -339,19 +339,19 @@ impl<D: OfModel> Rig<Servo<D>> {
         rig
     }
 
-    /// Travels to a position, relative to 0, with the ramps of the dictionary.
+    /// Travels to an absolute position, with the ramps in the dictionary.
     pub(crate) fn travel(&mut self, target: i64) {
         let _ = self.put(0x607A, 0, target);
         self.controls(&[0x0F, 0x1F]);
     }
 
-    /// Whether the power stage is enabled: 1002h says so, and nobody can turn the shaft, or it says not, and somebody can. One
-    /// that moves cannot be turned anyway.
+    /// Whether the power stage is enabled: 1002h shows it, and the shaft cannot be turned by hand. A moving shaft
+    /// cannot be turned anyway.
     pub(crate) fn is_powered(&self) -> bool {
         self.number(0x1002, 0) >> 14 & 1 == 1 && !self.turns()
     }
 
-    /// Whether it is disabled; not the opposite where 1002h and the shaft do not agree.
+    /// Whether the power stage is disabled. Both are false if 1002h and the shaft disagree.
     pub(crate) fn is_unpowered(&self) -> bool {
         self.number(0x1002, 0) >> 14 & 1 == 0 && (self.turns() || self.is_moving())
     }
@@ -360,7 +360,7 @@ impl<D: OfModel> Rig<Servo<D>> {
         self.see(|drive, now| drive.with_servo(now, |servo, od| servo.turn(now, od, 0.0)))
     }
 
-    /// Whether something is so at some time within two seconds.
+    /// Whether a condition becomes true within two seconds.
     fn comes_to(&mut self, is_so: impl Fn(&Self) -> bool) -> bool {
         (0..400).any(|_| {
             self.hear(5);
@@ -376,7 +376,7 @@ impl<D: OfModel> Rig<Servo<D>> {
         self.see(|drive, now| drive.servo().shaft(now).position.round() as i64)
     }
 
-    /// Until it stands, for ten seconds at most; where it stands then.
+    /// Waits until the drive stands, for ten seconds at most. Returns its position.
     pub(crate) fn rest(&mut self) -> i64 {
         for _ in 0..100 {
             self.hear(100);

@@ -34,12 +34,12 @@ pub(crate) struct Sheet {
 }
 
 impl Sheet {
-    /// Of data sheet and overlay, and of code for a node.
+    /// Loads data sheet and overlay, and takes the code for a node.
     pub(crate) fn new([eds, overlay]: [Source; 2], code: Code, node: NodeId, code_is_stale: bool) -> Self {
         let (alone, _) = lexican_eds::load(&Input::new(eds.clone()));
         let text = overlay.text().to_owned();
         let (device, diagnostics) = lexican_eds::load(&Input::new(eds).overlay(overlay));
-        // What is only worth knowing, a manual may print.
+        // Notes are no findings.
         let findings = diagnostics.iter().filter(|finding| finding.severity > Severity::Note);
         let findings = findings.map(|finding| format!("{} {}", finding.code, finding.message)).collect();
         Sheet { device, alone, overlay: text, code, node, findings, code_is_stale }
@@ -54,7 +54,7 @@ impl Sheet {
         self.device.interfaces.get(interface).map_or(&[], |interface| &interface.parameters)
     }
 
-    /// A value for the node of the manual's examples.
+    /// The number of a value, for the node of the manual's examples.
     pub(crate) fn number(&self, value: Option<&Value>) -> Option<i128> {
         match value? {
             Value::Integer(number) => Some(*number),
@@ -63,7 +63,7 @@ impl Sheet {
         }
     }
 
-    /// The units of a number; none unless it is a quantity.
+    /// The units of a number; empty unless it is a quantity.
     pub(crate) fn units(&self, entry: &Entry) -> &[Unit] {
         match &entry.meaning {
             Meaning::Quantity(name) => self.device.quantities.get(name).map_or(&[], |quantity| &quantity.units),

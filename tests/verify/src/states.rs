@@ -1,4 +1,4 @@
-//! The states of CiA 402 by the names that manuals give them.
+//! The states of CiA 402, with their names in manuals.
 
 use lexican_runtime::profile::cia402::State;
 

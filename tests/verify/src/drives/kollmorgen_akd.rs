@@ -48,7 +48,7 @@ const TABLES: Keys = &[
     ("values.csv", &["address", "value"]),
 ];
 
-/// Types that other tables have.
+/// Types whose names are in other tables.
 const PLACES: &[(&str, Place)] = &[("EmergencyCode", Place::Elsewhere), ("HomingMethod", Place::Elsewhere)];
 
 pub(super) fn left_open() -> Vec<String> {

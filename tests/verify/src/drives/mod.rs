@@ -1,4 +1,4 @@
-//! The drives that are compared with their manuals. `lexican_registry` has the crates of those without mutants.
+//! The drives that are compared with their manuals. `lexican_registry` has their crates, without mutants.
 
 mod kollmorgen_akd;
 mod siko_ag02;
@@ -8,7 +8,7 @@ mod siko_profibus;
 
 use crate::drive::Drive;
 
-/// All of them.
+/// All drives.
 pub const ALL: &[Drive] = &[
     siko_ag03_1::DRIVE,
     siko_ag02::DRIVE,
@@ -18,8 +18,8 @@ pub const ALL: &[Drive] = &[
     siko_profibus::AG03_1,
 ];
 
-/// What a simulated drive does otherwise than the script of what its manual leaves open (`scripts/*_beyond.txt`). [`crate::verify`]
-/// finds it, too.
+/// Where a simulated drive differs from the script for what its manual leaves open (`scripts/*_beyond.txt`).
+/// [`crate::verify`] finds this, too.
 #[must_use]
 pub fn left_open(drive: &Drive) -> Vec<String> {
     match drive.name {

@@ -1,4 +1,4 @@
-//! The serial port of the SIKO AG02: chapter 6 of the German manual, and what it says of this port elsewhere.
+//! The serial port of the SIKO AG02: chapter 6 of the German manual, and what other chapters say about this port.
 
 use crate::drive::{Drive, Interface};
 use crate::siko::serial;

@@ -1,4 +1,4 @@
-//! SIKO's drives on PROFIBUS-DP: chapter 9 of the AG02's German manual, chapter 7 of the AG03/1's English one.
+//! SIKO's drives on PROFIBUS-DP: chapter 9 of the AG02's German manual, and chapter 7 of the AG03/1's English one.
 
 use siko_profibus::Model;
 
@@ -40,7 +40,7 @@ impl Dp for Ag031 {
     const FORMATS: [&'static str; 4] = ["word", "word*", "double word", "Array [10] word"];
     const RESERVED: &'static str = "reserved";
     const SWITCHES: usize = 7;
-    // Its figures are lost.
+    // The figures of this manual are lost.
     const BOXES: &'static [(&'static str, usize)] = &[];
 }
 

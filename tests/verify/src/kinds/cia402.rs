@@ -1,4 +1,4 @@
-//! The state machine of CiA 402: states, commands, and numbered state changes, by bringing the drive into each state.
+//! The state machine of CiA 402: states, commands, and numbered transitions, with the drive brought into each state.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use crate::rig::{Rig, Simulator, once};
 use crate::script::Clauses;
 use crate::states::{STATES, state_name};
 
-/// A drive in a state; `None` for the state that it has left when it is heard first.
+/// A drive in a state; `None` for the state that it has left before it is heard.
 pub(crate) fn bring_to<S: Simulator>(state: State) -> Option<Rig<S>> {
     let words: &[u16] = match state {
         State::SwitchOnDisabled => &[],
@@ -36,7 +36,7 @@ fn fail<S: Simulator>(rig: &mut Rig<S>) {
     rig.hear(0);
 }
 
-/// Whether a word is as in `x01x0111`, from the highest bit down, or in seven bits.
+/// Whether a word matches a pattern such as `x01x0111`, from the highest bit down, of eight or seven bits.
 fn is_as(word: u16, pattern: &str) -> bool {
     let bits: Vec<char> = pattern.chars().rev().collect();
     matches!(bits.len(), 7 | 8)
@@ -48,12 +48,13 @@ fn is_as(word: u16, pattern: &str) -> bool {
         })
 }
 
-/// Whether exactly the words of a pattern are so: a bit that is given is not free.
+/// Whether `is_so` holds exactly for the words that match a pattern, so that no bit given in it is free.
 fn is_least(is_so: impl Fn(u16) -> bool, pattern: &str) -> bool {
     (0..256).all(|word| is_so(word) == is_as(word, pattern))
 }
 
-/// Whether a bit of the status word distinguishes states, and does so in the drive, where it is not left open.
+/// Whether a bit of the status word distinguishes states, and the drive shows it in each state that does not leave it
+/// open.
 pub(crate) fn distinguishes_states<S: Simulator>(bit: u16) -> bool {
     let of = |state: State| state.status_bits() >> bit & 1;
     let values: BTreeSet<u16> = STATES.iter().map(|(state, _)| of(*state)).collect();
@@ -63,7 +64,8 @@ pub(crate) fn distinguishes_states<S: Simulator>(bit: u16) -> bool {
     values.len() == 2 && brought.into_iter().all(|(state, rig)| shows(state, rig.status()))
 }
 
-/// Compares `states.csv`: the bits of the status word, eight or seven of them. `beyond` compares the drive's own columns, with the drive in the
+/// Compares `states.csv`: the bits of the status word, eight or seven of them. `beyond` compares the drive's own
+/// columns, with the drive in the state if it can be brought there.
 /// state if it can be brought there.
 pub(crate) fn states<S: Simulator>(
     checker: &mut Checker<'_>,
@@ -85,8 +87,8 @@ pub(crate) fn states<S: Simulator>(
     }
 }
 
-/// The commands as manuals call them, and a state in which they have an effect. Disable Operation has the bits of Switch
-/// On: the state decides.
+/// The commands as manuals call them, and a state in which each has an effect. Disable Operation has the same bits as
+/// Switch On; the state decides which it is.
 const COMMANDS: &[(&str, Command, State)] = &[
     ("Shutdown", Command::Shutdown, State::SwitchOnDisabled),
     ("Switch On", Command::SwitchOn, State::ReadyToSwitchOn),
@@ -97,8 +99,8 @@ const COMMANDS: &[(&str, Command, State)] = &[
     ("Fault Reset", Command::FaultReset, State::Fault),
 ];
 
-/// Compares `commands.csv`. Where no column `edge_bit` says otherwise, bits 3 and 7 are 0 in a pattern that leaves them
-/// free, as manuals leave them out that name the more special commands first.
+/// Compares `commands.csv`. Unless a column `edge_bit` says otherwise, bits 3 and 7 are 0 where a pattern leaves them
+/// free: manuals leave them out because they name the more special commands first.
 pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
     for &(name, command, from) in COMMANDS {
         let Some(row) = checker.row_called("commands.csv", name) else { continue };
@@ -113,7 +115,7 @@ pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
             let free = |bit: usize| pattern.as_bytes().get(7 - bit) == Some(&b'x');
             let more = [3, 7].into_iter().filter(|bit| free(*bit)).fold(0, |bits, bit| bits | 1 << bit);
             let words: Vec<u16> = (0..256).filter(|word| is_as(*word, pattern) && word & more == 0).collect();
-            // Another word that is parsed so differs in those bits.
+            // Another word that is parsed as this command differs in those bits.
             let others = (0..256).filter(|word| parsed(*word) && word & more == 0);
             let agrees =
                 !words.is_empty() && words.iter().all(|word| parsed(*word)) && others.eq(words.iter().copied());
@@ -134,7 +136,7 @@ pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
     }
 }
 
-/// The state changes that a command makes, by its name.
+/// The transitions that a command causes, by its name.
 fn numbers<S: Simulator>(name: &str) -> BTreeSet<u8> {
     let causes = |change: &&Transition| match change.cause {
         Cause::Command(command) => called(command, change.from) == name,
@@ -143,8 +145,8 @@ fn numbers<S: Simulator>(name: &str) -> BTreeSet<u8> {
     S::transitions().0.iter().filter(causes).map(|change| change.number).collect()
 }
 
-/// Compares `transitions.csv` where it has no states: what makes a state change, and what the drive does then, which
-/// `action` has as clauses.
+/// Compares `transitions.csv` if it has no states: what causes a transition, and what the drive does then, for which
+/// `action` gives clauses.
 pub(crate) fn events<S: Simulator>(checker: &mut Checker<'_>, action: fn(u8) -> Clauses) {
     for number in 0..=16 {
         let Some(row) = checker.row("transitions.csv", &number.to_string()) else { continue };
@@ -168,7 +170,7 @@ pub(crate) fn events<S: Simulator>(checker: &mut Checker<'_>, action: fn(u8) -> 
     }
 }
 
-/// The state that a controlword leads to, with an edge of bit 7 if it is set.
+/// The state to which a control word leads, with an edge of bit 7 if that is set.
 fn after<S: Simulator>(mut rig: Rig<S>, word: u16) -> State {
     if word & 0x80 != 0 {
         rig.control(word & !0x80);
@@ -203,7 +205,7 @@ pub(crate) fn transitions<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'
     }
 }
 
-/// The modes as manuals shorten them.
+/// The modes by their abbreviations in manuals.
 const MODES: &[(Mode, &str)] = &[
     (Mode::ProfilePosition, "pp"),
     (Mode::ProfileVelocity, "pv"),
@@ -213,8 +215,8 @@ const MODES: &[(Mode, &str)] = &[
     (Mode::CyclicPosition, "csp"),
 ];
 
-/// Compares `mode_bits.csv`: bits of 6040h and 6041h by mode. `meaning` has what a bit does in a mode, or `reserved`. The
-/// description of a bit names the modes in which it has a meaning, and no others.
+/// Compares `mode_bits.csv`: bits of 6040h and 6041h by mode. `meaning` says what a bit does in a mode, or `reserved`.
+/// The description of a bit names exactly the modes in which it has a meaning.
 pub(crate) fn mode_bits<S: Simulator>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -251,11 +253,11 @@ fn called(command: Command, from: State) -> &'static str {
     named.map_or("", |(name, ..)| name)
 }
 
-/// Where the drive goes from the state of a row.
+/// The state to which the drive goes from the state of a row.
 fn asked<S: Simulator>(row: &Row, word: Option<u16>) -> String {
     let from = STATES.iter().find(|(_, name)| *name == row.get("from")).map(|(state, _)| *state);
     match (row.get("from"), word) {
-        // Power on leads through 0 and 1 before the drive is heard.
+        // At power-on, transitions 0 and 1 are over before the drive is heard.
         ("Start" | "Not Ready to Switch On", _) => {
             let arrived = Rig::<S>::new().state() == State::SwitchOnDisabled;
             let passed =

@@ -1,5 +1,5 @@
 //! Several tables about the same objects: a dictionary, chapters that describe some of its objects, lists of objects by
-//! chapter, and what the manual calls them. A column that a table lacks is not compared.
+//! chapter, and names in the manual. A column that a table lacks is not compared.
 
 use std::collections::BTreeSet;
 
@@ -13,9 +13,9 @@ use crate::manual::Row;
 use crate::notation::{access, data_type};
 use crate::sheet::address;
 
-/// Compares `files`, whose rows are about an entry or, without sub-index, about an ARRAY or RECORD. Each entry has a row
-/// in one of them, except for `absent`: sub-indices 0 that CiA 301 asks for. What only a dictionary without defaults and
-/// ranges has, has neither in the data sheet.
+/// Compares `files`, whose rows are about an entry or, without sub-index, about an ARRAY or RECORD. Each entry has a
+/// row in one of them, except for `absent`: sub-indices 0 that CiA 301 asks for. An entry that is only in a dictionary
+/// without defaults and ranges has neither in the data sheet.
 pub(crate) fn check<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, files: &[&'static str], absent: &[u16]) {
     for object in &case.sheet.device.objects {
         let rows = |key: &str| files.iter().filter_map(|file| case.manual.row(file, key)).collect::<Vec<_>>();
@@ -37,7 +37,7 @@ pub(crate) fn check<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, file
             }
             let described = Described::written(case.sheet, entry);
             let last = object.entries.last().map(|last| i128::from(last.sub));
-            // Sub-index 0 is the highest one, unless it can be written.
+            // Sub-index 0 has the highest sub-index, unless it can be written.
             let follows = entry.sub == 0 && object.kind.has_subs() && described.default == last;
             let is_bare = follows || described.default.is_none();
             let is_described = rows.iter().any(|row| row.has("default"));
@@ -49,7 +49,7 @@ pub(crate) fn check<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, file
     files.iter().for_each(|file| drive::<S>(checker, case, case.manual.rows(file)));
 }
 
-/// What is said of an ARRAY or RECORD: its kind, and the type that all of its elements have.
+/// Compares an ARRAY or RECORD: its kind, and the type that all of its elements have.
 fn of_object(checker: &mut Checker<'_>, row: &Row, object: &Object) {
     kind(checker, row, object.kind);
     let elements = || object.entries.iter().filter(|entry| entry.sub > 0);
@@ -57,12 +57,12 @@ fn of_object(checker: &mut Checker<'_>, row: &Row, object: &Object) {
     let types: Vec<&str> = types.into_iter().collect();
     let printed = row.get("data_type");
     let agrees = match object.kind {
-        // A record has a type with a name of its own.
+        // A record has a type with a special name.
         ObjectKind::Record => RECORDS.contains(&printed),
         _ => types == [data_type(printed).as_str()] || printed.is_empty() && !row.has("default"),
     };
     checker.that(row, "data_type", Against::Sheet, agrees, types.join(" and "));
-    // The rest is said of the elements.
+    // The other columns are about the elements.
     for column in ["access", "pdo_mapping", "unit", "range", "default", "eeprom", "float_scaling", "ascii"] {
         if row.has(column) {
             checker.cell(row, column, Against::Sheet, "");
@@ -70,7 +70,7 @@ fn of_object(checker: &mut Checker<'_>, row: &Row, object: &Object) {
     }
 }
 
-/// What manuals call the types of records, and nothing where they do not say it.
+/// The names of record types in manuals; empty if a manual has none.
 const RECORDS: &[&str] = &[
     "",
     "Identity",
@@ -80,7 +80,7 @@ const RECORDS: &[&str] = &[
     "Interpolation data configuration record (0081h)",
 ];
 
-/// The object code, if there is one: an entry of an ARRAY or RECORD is a VAR.
+/// Compares the object code, if there is one: an entry of an ARRAY or RECORD is a VAR.
 fn kind(checker: &mut Checker<'_>, row: &Row, kind: ObjectKind) {
     let printed = row.get("object_code");
     let agrees = printed == kind.name() || printed.is_empty() && kind == ObjectKind::Variable;
@@ -116,14 +116,14 @@ fn of_entry<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, o
     }
 }
 
-/// Unit and scale, where the table has them. `has_unit` is whether any table has a unit for the entry.
+/// Compares unit and scale, if the table has them. `has_unit` says whether any table has a unit for the entry.
 fn quantity(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry, has_unit: bool) {
     let unit = case.sheet.units(entry).first();
     let found = unit.map(|unit| (unit.method.as_str(), unit.num, unit.den));
     if row.has("float_scaling") {
         let agrees = match row.get("float_scaling") {
             "1000:1" => matches!(found, Some((_, 1, 1000))),
-            // A number that nothing is said of counts whole units.
+            // A number without a unit counts whole units.
             "" | "1:1" | "var" => match found {
                 Some((_, num, den)) => (num, den) == (1, 1) || has_unit && (num, den) != (1, 1000),
                 None => true,
@@ -180,8 +180,8 @@ fn kind_of(checker: &mut Checker<'_>, row: &Row, object: &Object) {
     checker.cell(row, "object_code", Against::Sheet, object.kind.name());
 }
 
-/// Compares `names.csv`: what the manual calls an object or an entry, and its name in the data sheet. Its name in the
-/// manual is the first one that `places`, files and columns, have.
+/// Compares `names.csv`: the name of an object or entry in the manual, and in the data sheet. The name in the manual is
+/// the first one found at `places`, which are files and columns.
 pub(crate) fn names(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&'static str, &'static str)]) {
     for object in &case.sheet.device.objects {
         let entries = object.entries.iter().map(|entry| {
@@ -198,7 +198,7 @@ pub(crate) fn names(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&'sta
             checker.cell(row, "printed", Against::Manual, printed);
         }
     }
-    // An empty name is one that another column has.
+    // If a name is empty, another column has it.
     if let Some((file, column)) = places.first() {
         for row in case.manual.rows(file) {
             let found = case.manual.cell("names.csv", &row.key, "printed");

@@ -8,7 +8,8 @@ use crate::manual::Row;
 use crate::rig::{Simulator, once};
 
 /// Compares the code of a row of `emergency.csv` with the data of the frame that the drive sends, high byte first, and
-/// its meaning with what `terms.csv` has for the overlay's `EmergencyCode`. `heard` is `None` where the drive cannot send.
+/// its meaning with that in `terms.csv` for the overlay's `EmergencyCode`. `heard` is `None` where the drive cannot
+/// send.
 pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16, heard: Option<&[u8]>) {
     let term = case.manual.cell("terms.csv", &format!("EmergencyCode:0x{code:04X}"), "printed");
     checker.cell(row, "meaning", Against::Manual, term);
@@ -24,8 +25,8 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code:
 /// What the drive does while it has an error: the data of its EMCY, and whether it is in the state FAULT.
 pub(crate) type Raised = fn(u16) -> (Vec<u8>, bool);
 
-/// Compares `emergency.csv` where its errors have numbers, such as `F439` for a fault or `n125` for a warning, and texts.
-/// The enumeration `EmergencyCode` has both in a name, and the driver has them as label and text.
+/// Compares `emergency.csv` if its errors have numbers, such as `F439` for a fault or `n125` for a warning, and texts.
+/// The names in the enumeration `EmergencyCode` consist of both; the driver has them as label and text.
 pub(crate) fn numbers<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, codes: &Codes, raised: Raised) {
     let named = case.sheet.device.enumerations.get("EmergencyCode").map_or(&[][..], |codes| &codes.values);
     for named in named {

@@ -10,13 +10,13 @@ use crate::drive::Case;
 use crate::manual::{Manual, Row};
 use crate::notation::bits;
 
-/// What a drive says of bits that the overlay does not name, and of values of them.
+/// The meaning, by the drive's code, of bits that the overlay does not name, and of their values.
 pub(crate) type Part = fn(&Case<'_>, &Row, &Entry, (u8, u8)) -> Option<(String, Against)>;
 
-/// Whether the drive shows a bit when, and only when, what the bit means is so; `None` where it has no such state.
+/// Whether the drive shows a bit exactly while its meaning is true; `None` if the drive has no such state.
 pub(crate) type Shown = fn(u16, u8) -> Option<bool>;
 
-/// Compares `formats.csv`. Rows of the addresses in `gaps` leave out bits in between.
+/// Compares `formats.csv`. The rows of the addresses in `gaps` leave out bits between others.
 pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, part: Part, shown: Shown, gaps: &[&str]) {
     for row in case.manual.rows("formats.csv") {
         let Some(((index, sub), (low, high))) = address_in(row).zip(bits(row.get("bits"))) else { continue };
@@ -66,7 +66,7 @@ fn is_reserved(meaning: &str) -> bool {
     )
 }
 
-/// Whether the rows of an address share its bits among themselves, up to a single bit or the highest of a byte.
+/// Whether the rows of an address cover its bits without overlap, up to a single bit or the highest of a byte.
 fn are_whole(manual: &Manual, address: &str, has_gaps: bool) -> bool {
     let rows = manual.rows("formats.csv").iter().filter(|row| row.get("address") == address);
     let parts: Vec<(u8, u8)> =
@@ -75,8 +75,8 @@ fn are_whole(manual: &Manual, address: &str, has_gaps: bool) -> bool {
     follow && parts.last().is_some_and(|(low, high)| low == high || high % 8 == 7)
 }
 
-/// Whether a value is one that the bits can have: none, 0, all of a single bit (as 1, or as in its byte), or one of several
-/// that are counted.
+/// Whether the bits can have a value: none, 0, all ones of a single bit (as 1, or at its place in the byte), or one of
+/// several that are counted.
 fn has_place(manual: &Manual, row: &Row) -> bool {
     let (Some((low, high)), Ok(value)) = (bits(row.get("bits")), u32::from_str_radix(row.get("value"), 16)) else {
         return row.get("value").is_empty();

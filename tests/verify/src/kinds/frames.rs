@@ -1,4 +1,4 @@
-//! Frames byte for byte: exchanged with the drive in the order in which the manual prints them, or brought about by programs.
+//! Frames byte for byte: exchanged with the drive in the order of the manual, or caused by programs.
 
 use std::collections::VecDeque;
 
@@ -12,8 +12,8 @@ use crate::manual::{Row, cells};
 use crate::notation::{bytes, hex, print};
 use crate::rig::{Rig, Simulator, once};
 
-/// Sends each frame to the drive, and compares what it answers with the rows that follow. The columns `cob_id`, `data`
-/// and `direction` are compared; what the rows mean is not.
+/// Sends each frame to the drive, and compares the answers with the rows that follow. The columns `cob_id`, `data` and
+/// `direction` are compared; the meaning of a row is not.
 pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], rig: &mut Rig<S>) {
     let mut answers: VecDeque<Frame> = VecDeque::new();
     rig.hear(0);
@@ -46,11 +46,12 @@ pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], ri
     checker.require(answers.is_empty(), || format!("{} answers more than rows", answers.len()));
 }
 
-/// A chapter, whether its order counts, and what goes over the bus while a program does what the chapter does.
+/// A chapter, whether its order matters, and a function that returns the frames while a program does what the chapter
+/// does.
 pub(crate) type Example = (&'static str, bool, fn() -> Vec<Frame>);
 
-/// What the manager of an example sends: each frame of a chapter goes over the bus, or is the one of `made` with its
-/// number. The latter has what no program brings about, and what is right where the manual is wrong.
+/// Compares what the manager of an example sends: each frame of a chapter is sent by the program, or is the one of
+/// `made` with its number. `made` has the frames that no program sends, and the right ones where the manual is wrong.
 pub(crate) fn sent<S: Simulator>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -90,9 +91,9 @@ pub(crate) fn sent<S: Simulator>(
     }
 }
 
-/// What the drive of an example answers: every printed frame of the manager, or what is right in its place, goes to it in the
-/// order of the manual. The column `condition` says where the answer depends on time or world: what is neither is for
-/// [`Asked::world`].
+/// Compares what the drive of an example answers. It is sent every printed frame of the manager, or the right one in
+/// its place, in the order of the manual. The column `condition` says where the answer depends on time or on the world;
+/// what depends on the world is up to [`Asked::world`].
 pub(crate) fn answered<S: Simulator, A: Asked>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -118,7 +119,7 @@ pub(crate) fn answered<S: Simulator, A: Asked>(
     }
 }
 
-/// For each row, what it is, and what came of it.
+/// For each row, its step, and the result.
 fn answers<A: Asked>(rows: &[Row], made: &[(&'static str, Frame)], start: fn(&str) -> A) -> Vec<(Step, StepReport)> {
     let mut found = Vec::new();
     for chapter in rows.chunk_by(|a, b| a.get("chapter") == b.get("chapter")) {
@@ -136,9 +137,9 @@ fn is_any_value(row: &Row) -> bool {
     row.get("condition") == "any value"
 }
 
-/// A row as it is asked; what cannot be read is a wait for what no rig knows.
+/// A row as a step of the rig. A row that cannot be parsed becomes a step that no rig knows.
 fn step(row: &Row, made: &[(&'static str, Frame)]) -> Step {
-    // Here the simulated drive answers, and errata say why it has another value.
+    // The simulated drive is compared with the printed value all the same; errata say why its own differs.
     let cell = |column: &str| if column == "condition" && is_any_value(row) { "" } else { row.get(column) };
     let parsed = Step::parse(0, cell).or_else(|_| Step::parse(0, |_| ""));
     let mut step = parsed.expect("an empty row is a wait");
@@ -157,7 +158,7 @@ fn is_of_drive(id: u32) -> bool {
     id > 0x80 && (id >> 7 & 1 == 1 || id >= 0x700)
 }
 
-/// What a frame is by its identifier and, of SDO, by what the runtime reads.
+/// The kind of a frame by its identifier and, for SDO, by what the runtime reads in it.
 fn kind(id: u32, data: &[u8]) -> String {
     let data: [u8; 8] = std::array::from_fn(|at| data.get(at).copied().unwrap_or(0));
     let known = match id {

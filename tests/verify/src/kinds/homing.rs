@@ -8,12 +8,12 @@ use crate::manual::Row;
 use crate::notation::{number, range};
 use crate::rig::{Simulator, once};
 
-/// The methods that CiA 402 has a description of.
+/// The methods that CiA 402 describes.
 const DEFINED: [std::ops::RangeInclusive<i128>; 3] = [1..=14, 17..=30, 33..=35];
 
 /// Compares `homing_methods.csv`: all numbers of 6098h, in ranges or one by one. The names of the enumeration
-/// `HomingMethod` begin with the switch, and its descriptions with the direction in which positions count; they end with
-/// the drive's own parameters. `attains` is whether the drive homes by a method.
+/// `HomingMethod` begin with the switch; its descriptions begin with the direction in which positions count, and end
+/// with the drive's own parameters. `attains` says whether the drive homes by a method.
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, attains: fn(i8) -> bool) {
     let methods = case.sheet.device.enumerations.get("HomingMethod").map_or(&[][..], |methods| &methods.values);
     let mut next = -128;
@@ -44,7 +44,7 @@ pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, at
     checker.require(next == 128, || format!("homing_methods.csv: ends before {next}"));
 }
 
-/// What is said of a method that the drive has; of others, nothing.
+/// Compares the name of a method that the drive has. Other methods have none.
 fn named(checker: &mut Checker<'_>, row: &Row, named: Option<&Named<i128>>) {
     let name = named.map_or("", |named| &named.name);
     let description = named.and_then(|named| named.description.as_deref()).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Comparisons of tables that any manual has. A drive brings the tables that its manual has, with these columns; others
-//! of its own it compares itself.
+//! Comparisons of tables that any manual has. A drive uses those for the tables of its manual, with these columns; it
+//! compares tables of its own itself.
 //!
 //! | module | table | columns |
 //! | --- | --- | --- |

@@ -15,7 +15,7 @@ use crate::notation::{hex, number, print, yes};
 use crate::rig::{Rig, Simulator, once};
 use crate::script::Clauses;
 
-/// States that a command leads to.
+/// The states to which a command leads.
 const STATES: &[(&str, u8)] = &[("OPERATIONAL", 0x01), ("PRE-OPERATIONAL", 0x80), ("STOPPED", 0x02)];
 const INITIALISATION: &str = "INITIALISATION";
 
@@ -28,7 +28,7 @@ fn state_name<S: Simulator>(rig: &Rig<S>) -> &'static str {
     }
 }
 
-/// Whether a command does what power-on does; that the other reset does the same may be an erratum.
+/// Whether a command does the same as power-on. That the other reset does so, too, may be an erratum.
 pub(crate) type StartsCold = fn(u8) -> bool;
 
 /// Compares `nmt.csv`.
@@ -40,19 +40,19 @@ pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>, starts_cold: Sta
         checker.cell(row, "to", Against::Drive, to.join("; "));
         checker.cell(row, "from", Against::Drive, from.join("; "));
         checker.cell(row, "data_2", Against::Drive, nodes.join(" or "));
-        // Of the two resets, one is said to be like power-on.
+        // The manual says of one of the two resets that it is like power-on.
         let cold = code == "82" && once::<S, _>(command, || starts_cold(command));
         checker.cell(row, "note", Against::Drive, if cold { "cold start" } else { "" });
     }
 }
 
-/// What the drive does at an NMT command.
+/// The effect of an NMT command on the drive.
 #[derive(Clone)]
 struct Followed {
-    /// The states that it leaves, and where to.
+    /// The states that it leaves, and those to which it goes.
     from: Vec<&'static str>,
     to: Vec<&'static str>,
-    /// The second bytes of commands that it follows.
+    /// The second bytes with which it follows the command.
     nodes: Vec<&'static str>,
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn states<S: Simulator>(checker: &mut Checker<'_>, beyond: fn(&mut Ch
     }
 }
 
-/// It ends with the boot-up message: what is sent in it comes before that.
+/// Initialisation ends with the boot-up message, so what is sent in it comes before that.
 fn initialisation<S: Simulator>(checker: &mut Checker<'_>, row: &Row) {
     let boot_up = u32::from(Rig::<S>::own(0x700));
     let mut rig = Rig::<S>::as_delivered();
@@ -112,7 +112,7 @@ fn initialisation<S: Simulator>(checker: &mut Checker<'_>, row: &Row) {
         let sent = during.iter().any(|(id, _)| *id == u32::from(Rig::<S>::own(base)));
         checker.cell(row, column, Against::Drive, yes(sent));
     }
-    // It has passed before anything else of the drive can be seen.
+    // It is over before anything else of the drive can be seen.
     for (column, _) in row.cells.iter().filter(|(column, _)| !COMPARED.contains(&column.as_str())) {
         checker.cell(row, column, Against::Drive, if passed { "" } else { INITIALISATION });
     }
@@ -120,11 +120,11 @@ fn initialisation<S: Simulator>(checker: &mut Checker<'_>, row: &Row) {
 
 const COMPARED: &[&str] = &["chapter", "state", "heartbeat_status", "sdo", "pdo", "emcy", "heartbeat"];
 
-/// A drive with heartbeats that has been enabled before it comes into a state.
+/// A drive with heartbeats that was enabled before it entered a state.
 fn entered<S: Simulator>(enter: u8) -> Rig<S> {
     let mut rig = Rig::<S>::new();
     rig.hear(0);
-    // 1017h while it can be written.
+    // 1017h is written while it can be.
     if rig.write(0x1017, 0, 100, 2).is_ok() && enter != 0x80 {
         rig.nmt(0x01);
         rig.enable();
@@ -151,7 +151,8 @@ fn state<S: Simulator>(checker: &mut Checker<'_>, row: &Row, enter: u8) {
     checker.cell(row, "nmt", D, yes(state_name(&rig) != before));
 }
 
-/// Compares `sdo_commands.csv`. `objects` can be written with zero: size and index; `readable` are of each size, too.
+/// Compares `sdo_commands.csv`. `objects` can be written with zero, and have size and index; `readable` have each size,
+/// too.
 pub(crate) fn sdo_commands<S: Simulator>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -170,7 +171,7 @@ pub(crate) fn sdo_commands<S: Simulator>(
             objects.iter().filter(|(_, index)| answer(number, *index) == "60").map(|(size, _)| *size).collect();
         let answered = readable.into_iter().find(|(_, index)| answer(0x40, *index) == code);
         let (command, data_bytes) = match (written.as_slice(), answered) {
-            // The first, if the command carries four bytes for each.
+            // The first size, if the command carries four bytes for every size.
             ([size, ..], _) => ("write request", size.to_string()),
             (_, Some((size, _))) => ("read response", size.to_string()),
             _ if answer(0x40, 0x5FFF) == code => ("error response", String::new()),
@@ -187,8 +188,8 @@ pub(crate) fn sdo_commands<S: Simulator>(
     }
 }
 
-/// Compares `sdo_aborts.csv`: `refused` has the code with which the drive refuses what a row describes, and `others` those
-/// that it does not send.
+/// Compares `sdo_aborts.csv`. `refused` returns the code with which the drive refuses what a row describes; `others`
+/// are codes that it does not send.
 pub(crate) fn sdo_aborts<S: Simulator>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -211,7 +212,8 @@ pub(crate) fn sdo_aborts<S: Simulator>(
     }
 }
 
-/// Compares `sdo_commands.csv` where it has the words of CiA 301: how many bytes of data the runtime reads behind each.
+/// Compares `sdo_commands.csv` if it uses the words of CiA 301: the number of data bytes that the runtime reads for
+/// each command.
 pub(crate) fn sdo_specifiers(checker: &mut Checker<'_>, case: &Case<'_>) {
     for row in case.manual.rows("sdo_commands.csv") {
         checker.key(row);
@@ -248,7 +250,7 @@ pub(crate) fn encodings(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// Compares `nmt.csv` where it has names and effects, which `effect` has as clauses.
+/// Compares `nmt.csv` if it has names and effects, for which `effect` gives clauses.
 pub(crate) fn effects<S: Simulator>(checker: &mut Checker<'_>, effect: fn(u8) -> Clauses) {
     let all = [
         ("start remote node", NmtCommand::Start),
@@ -264,7 +266,7 @@ pub(crate) fn effects<S: Simulator>(checker: &mut Checker<'_>, effect: fn(u8) ->
     }
 }
 
-/// Compares `identifiers.csv` where it has the identifiers of all nodes: function code, range, and the object that holds
+/// Compares `identifiers.csv` if it has the identifiers of all nodes: function code, range, and the object that holds
 /// them, in brackets if it cannot be changed.
 pub(crate) fn connection_set<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let ends = |text: &str, radix| {
@@ -288,7 +290,7 @@ pub(crate) fn connection_set<S: Simulator>(checker: &mut Checker<'_>, case: &Cas
             other if other.ends_with(|last: char| last.is_ascii_digit()) => other.replace(' ', ""),
             other => other.to_owned(),
         };
-        // Nothing of a drive is heard of TIME.
+        // A drive sends nothing that shows that it uses TIME.
         let used = if name == "TIME" { base == 0x100 } else { once::<S, _>((&name, base), || used::<S>(&name, base)) };
         checker.that(row, "hex", Against::Drive, whole && used, "the drive does not use it");
         let default = if is_of_a_node { Value::NodeIdPlus(base.into()) } else { Value::Integer(base.into()) };
@@ -337,7 +339,7 @@ pub(crate) fn identifiers<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'
     }
 }
 
-/// Whether the drive uses the identifier for what the name says.
+/// Whether the drive uses an identifier for the service with this name.
 fn used<S: Simulator>(name: &str, base: u16) -> bool {
     let (own, sdo) = (base + u16::from(S::NODE.get()), [Rig::<S>::own(0x600), Rig::<S>::own(0x580)]);
     let mut rig = Rig::<S>::as_delivered();

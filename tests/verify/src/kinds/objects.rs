@@ -21,22 +21,22 @@ pub(crate) trait Objects: Simulator {
     /// The object that ranges depend on.
     const VARIANT: u16;
 
-    /// The value of that object for what is printed before a range: `24:1` in `24:1 1..200`.
+    /// The value of that object in what is printed before a range: `24` in `24:1 1..200`.
     fn variant(printed: &str) -> Option<i128>;
-    /// A drive of each variant, with limits of others as wide as they can be.
+    /// A drive for each variant, with the widest limits that other objects can set.
     fn variants() -> Vec<(i128, Rig<Self>)>;
-    /// Whether a drive that has been delivered has the default that is printed in words.
+    /// Whether a drive as delivered has the default that is printed in words.
     fn has_default_in_words(_rig: &mut Rig<Self>, _words: &str) -> bool {
         false
     }
-    /// Whether it cannot be written in PRE-OPERATIONAL either.
+    /// Whether an object cannot be written in PRE-OPERATIONAL either, because it is a command.
     fn is_command(index: u16) -> bool;
     fn power_cycle(rig: &mut Rig<Self>);
-    /// What the drive holds in an entry, which may be its own address: read beside the bus.
+    /// The value that the drive holds in an entry, read without the bus. The entry may be the drive's own address.
     fn kept(drive: &mut Self::Drive, now: Instant, index: u16, sub: u8) -> u32;
 }
 
-/// An entry, as data sheet or code describe it.
+/// An entry as described by the data sheet or the code.
 #[derive(Debug, PartialEq)]
 pub(super) struct Described {
     access: &'static str,
@@ -44,7 +44,7 @@ pub(super) struct Described {
     data_type: String,
     pub(super) default: Option<i128>,
     pub(super) limits: Option<Range>,
-    /// Ranges that hold when an object has a value.
+    /// Ranges that hold while an object has a value.
     conditions: Vec<((u16, i128), Range)>,
     /// The values that have names.
     named: Vec<i128>,
@@ -112,7 +112,7 @@ pub(crate) fn check<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>) {
         written::<S>(checker, case, row, entry);
         if let Some(handle) = case.sheet.handle(entry) {
             let mut described = Described::generated(case.sheet, handle, address(entry));
-            // The length of an array is no handle of its own: it has neither default nor limits.
+            // The length of an array has no handle of its own, and so neither default nor limits.
             if handle.path.ends_with(".len_object") {
                 let sheet = Described::written(case.sheet, entry);
                 (described.default, described.limits) = (sheet.default, sheet.limits);
@@ -128,10 +128,10 @@ pub(super) fn drive<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, rows
     once::<S, _>(cells(rows), || answers::<S>(rows, case)).give(checker, rows);
 }
 
-/// The codes with which a value of another size is refused.
+/// The codes that refuse a value of another size.
 const OF_SIZES: [u32; 4] = [0x0601_0000, 0x0607_0010, 0x0607_0012, 0x0607_0013];
 
-/// Those with which a value out of its range is.
+/// The codes that refuse a value out of range.
 const OF_RANGES: [u32; 3] = [0x0609_0030, 0x0609_0031, 0x0609_0032];
 
 fn written<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry) {
@@ -159,7 +159,7 @@ pub(super) fn compare<S: Objects>(checker: &mut Checker<'_>, row: &Row, against:
     let mappable = yes(described.is_mappable);
     checker.that(row, "pdo_mapping", against, mapping == mappable, mappable);
     let printed = row.get("data_type");
-    // The entries of an object of one type do not say it again.
+    // Entries of an object of one type do not repeat the type.
     let same_type = notation::data_type(printed) == described.data_type || printed.is_empty() && row.has("object_code");
     checker.that(row, "data_type", against, same_type, &described.data_type);
     if row.has("default") {
@@ -185,11 +185,11 @@ fn default<S: Objects>(checker: &mut Checker<'_>, row: &Row, against: Against, d
     let agrees = match notation::default(printed) {
         Some(Default::Value(value)) => described.default == Some(value),
         Some(Default::NodeIdPlus(base)) => described.default == Some(base + i128::from(S::NODE.get())),
-        // What stands in words is compared with the drive.
+        // A default in words is compared with the drive.
         None if printed.contains(' ') => {
             return checker.that(row, "default", against, described.default.is_none(), found);
         }
-        // Nothing is printed where another table has it.
+        // The default is not printed here if another table has it.
         None => printed.is_empty() && row.has("object_code"),
         Some(Default::None) => described.default.is_none(),
     };
@@ -197,7 +197,7 @@ fn default<S: Objects>(checker: &mut Checker<'_>, row: &Row, against: Against, d
 }
 
 impl Described {
-    /// Whether a printed range is that of the entry: `1..500`, several that depend on something, values one by one, the
+    /// Whether a printed range is that of the entry: `1..500`, several that depend on something, single values, the
     /// name of a data type for all of its values, or nothing.
     fn has_range<S: Objects>(&self, printed: &str, against: Against) -> bool {
         let by_variant = by_variant::<S>(printed);
@@ -214,12 +214,12 @@ impl Described {
             && match (notation::range(printed), values.as_deref()) {
                 _ if printed.is_empty() => self.limits.is_none(),
                 _ if printed == self.data_type => self.limits.is_none(),
-                // Limits that are those of the data type are no limits to the code.
+                // Limits that are those of the data type are not in the code.
                 (Some(range), _) => {
                     self.limits == Some(range)
                         || against == Against::Code && self.limits.is_none() && whole == Some(range)
                 }
-                // What the entry always holds.
+                // A single value, which the entry always holds.
                 (None, Some([value])) => self.default == Some(*value) && self.named.iter().all(|named| named == value),
                 (None, Some([first, .., last])) => {
                     self.named == values.as_deref().unwrap_or_default()
@@ -238,7 +238,7 @@ fn restriction(checker: &mut Checker<'_>, row: &Row, against: Against, states: O
         });
         format!("write{}", names.collect::<String>())
     });
-    // A write is bound to a state when either column says so.
+    // Either column may restrict writes to a state.
     let [first, second] = ["restriction", "notice"].map(|column| row.get(column));
     let first_agrees = first == found || first.is_empty() && second == found;
     checker.that(row, "restriction", against, first_agrees, &found);
@@ -288,7 +288,7 @@ pub(crate) fn address_in(row: &Row) -> Option<(u16, u8)> {
     Some((u16::try_from(hex(index)?).ok()?, u8::from_str_radix(sub, 16).ok()?))
 }
 
-/// Asks the drive for every object: rights, default, range ends, states in which it can be written, EEPROM.
+/// Asks the drive about every object: access, default, ends of the range, states in which it can be written, EEPROM.
 fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
     let mut answers = Answers::default();
     let code = &case.sheet.code;
@@ -298,7 +298,7 @@ fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
     for asked in &rows {
         let read = asked.read(&mut rig);
         let readable = read != Err(0x0601_0001);
-        // A list of errors may be empty.
+        // The list of errors may be empty.
         let answered = read.is_ok() || asked.index == 0x1003 && read == Err(0x0800_0024);
         let denied = asked.write(&mut rig, i64::from(read.unwrap_or(0)));
         let writable = denied != Err(0x0601_0002);
@@ -309,7 +309,7 @@ fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
             _ => false,
         };
         answers.that(asked.row, "access", expected, format!("read {read:08X?}, write {denied:08X?}"));
-        // A text has no size of its own.
+        // A text has no fixed size.
         if code.data_type(Address::new(asked.index, asked.sub)).is_none_or(|data_type| data_type.size().is_none()) {
             continue;
         }
@@ -359,13 +359,13 @@ fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>
             } else {
                 notation::range(printed)
             };
-            // 1003h:00 counts errors and can only be set to 0; 1600h:00 counts what is mapped.
+            // 1003h:00 counts errors and accepts only 0; 1600h:00 counts mapped objects.
             let counts = asked.sub == 0 && matches!(asked.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
             let (Some((low, high)), false) = (range, counts) else { continue };
             let entry = case.sheet.device.entry(asked.index, asked.sub);
             let Some(entry) = entry.filter(|entry| entry.access.writable()) else { continue };
             let Some(limits) = entry.data_type.range() else { continue };
-            // 607Dh is a pair in order: what is beyond the other limit is beyond it first.
+            // The limits in 607Dh are an ordered pair: a value beyond the other limit is refused first.
             let is_pair = asked.index == 0x607D;
             let mut write = |value: i128| asked.write(&mut rig, value as i64);
             let refused = |written: Result<(), u32>| {
@@ -379,7 +379,7 @@ fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>
                 found.push(refused(write(high + 1)));
             }
             found.extend([write(high).is_ok(), write(low).is_ok()]);
-            // Each goes back to where it leaves the other free.
+            // Restore a limit that leaves the other one free.
             if is_pair {
                 found.push(write(if asked.sub == 1 { low } else { high }).is_ok());
             }
@@ -388,7 +388,7 @@ fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>
     }
 }
 
-/// A write that the state forbids is refused with 0800 0022h.
+/// Checks that a write that the state forbids is refused with 0800 0022h.
 fn states<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
     let mut rig = Rig::<S>::new();
     for command in [0x80, 0x01] {
@@ -405,7 +405,7 @@ fn states<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
     }
 }
 
-/// Another value than the present one that the drive takes: it is written.
+/// Writes a value that differs from the present one and that the drive accepts. Returns both.
 pub(crate) fn changed<S: Simulator>(rig: &mut Rig<S>, index: u16, sub: u8, size: u8) -> Option<(u32, u32)> {
     let before = rig.read(index, sub).ok()?;
     let others = [before.wrapping_add(1), before.wrapping_sub(1)];
@@ -413,7 +413,7 @@ pub(crate) fn changed<S: Simulator>(rig: &mut Rig<S>, index: u16, sub: u8, size:
     taken.map(|value| (before, value))
 }
 
-/// What has a range and can be written keeps its value over a power cycle, or it does not.
+/// Checks whether entries with a range that can be written keep their values over a power cycle.
 fn eeprom<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
     let mut rig = Rig::<S>::new();
     let mut written = Vec::new();

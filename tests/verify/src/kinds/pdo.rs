@@ -25,13 +25,13 @@ pub(crate) fn name_of(pdo: &Pdo) -> String {
     format!("{side}PDO{}", pdo.number)
 }
 
-/// The index of what a PDO maps.
+/// The index of the mapping of a PDO.
 pub(crate) fn mapping_index(pdo: &Pdo) -> u16 {
     let base = if pdo.direction == Direction::Receive { 0x1600 } else { 0x1A00 };
     base + pdo.number - 1
 }
 
-/// Compares `pdo_mappings.csv`, which has bytes or bits.
+/// Compares `pdo_mappings.csv`, whose cells are bytes or bits.
 pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for (name, generated, _, pdo) in described(checker, case) {
         let mut rig = Rig::<S>::new();
@@ -63,7 +63,7 @@ pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>)
     }
 }
 
-/// Compares `pdo_layouts.csv`. `sample` is a value for an object whose bytes differ and which moves nothing.
+/// Compares `pdo_layouts.csv`. `sample` is a value for an object; its bytes all differ, and it moves nothing.
 pub(crate) fn layouts<S: Simulator>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -101,7 +101,7 @@ pub(crate) fn layouts<S: Simulator>(
     }
 }
 
-/// What the bytes of a PDO of the drive are: object, and which byte of it.
+/// For each byte of a PDO of the drive: the object, and which byte of it.
 fn served<S: Simulator>(
     rig: &mut Rig<S>,
     direction: Direction,

@@ -16,15 +16,15 @@ use crate::sheet::{Sheet, address};
 
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let sheet = case.sheet;
-    // What deviates from CiA, and stays so, is accepted in the overlay.
+    // Intended deviations from CiA are accepted in the overlay.
     sheet.findings.iter().for_each(|finding| checker.finding(format!("{}: {finding}", case.drive.data_sheet)));
     device_information::<S>(checker, case);
-    // Other tools refuse any other type there; the overlay has what the manual prints.
+    // Other tools refuse any other type of sub-index 0; the overlay has the one that the manual prints.
     for object in sheet.alone.objects.iter().filter(|object| object.kind != ObjectKind::Variable) {
         let count = object.entries.iter().find(|entry| entry.sub == 0).map(|entry| entry.data_type);
         checker.require(count == Some(DataType::Unsigned8), || format!("{:04X}:00 is {count:?}", object.index));
     }
-    // Where a table has object codes, it is compared with them.
+    // If a table has object codes, those are compared.
     let has_codes = case.manual.rows("objects.csv").first().is_some_and(|row| row.has("object_code"));
     for object in sheet.device.objects.iter().filter(|object| object.kind.has_subs() && !has_codes) {
         let is_array = case.drive.arrays.contains(&object.index);
@@ -40,7 +40,7 @@ pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// Symbols of units and the methods that are generated for them.
+/// Symbols of units, and the methods generated for them.
 const METHODS: &[(&str, &str)] = &[
     ("increments", "increments"),
     ("mm", "millimetres"),
@@ -61,7 +61,7 @@ const METHODS: &[(&str, &str)] = &[
     ("Ω", "ohms"),
 ];
 
-/// `[DeviceInfo]`, `[DummyUsage]` and the file's name against the manual's names and what the drive does.
+/// Compares `[DeviceInfo]`, `[DummyUsage]` and the file's name with the manual's names and with the drive.
 fn device_information<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let device = &case.sheet.device;
     let info = &device.info;
@@ -75,7 +75,7 @@ fn device_information<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) 
     same("the device profile", &device.profile, &drive.profile);
     same("SimpleBootUpSlave", &info.simple_boot_up_slave, &drive.boots);
     same("SimpleBootUpMaster", &info.simple_boot_up_master, &drive.commands);
-    // What a drive does not have, or each drive has another one of, is 0 in the data sheet.
+    // What a drive does not have, or what differs from drive to drive, is 0 in the data sheet.
     let fixed = |(sub, number): (u8, Option<u32>)| match device.entry(0x1018, sub) {
         Some(entry) if entry.default.is_none() => Some(0),
         _ => number.or(Some(0)),
@@ -84,13 +84,13 @@ fn device_information<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) 
     same("1018h", &[info.vendor_number, info.product_number, info.revision_number], &numbers);
     same("NrOfRXPDO and NrOfTXPDO", &[info.receive_pdos, info.transmit_pdos], &drive.pdos.map(Some));
     same("GroupMessaging", &info.group_messaging, &drive.multiplexes);
-    // Where nothing can be mapped, there is neither a smallest size nor a filler.
+    // If nothing can be mapped, there is no granularity.
     same("Granularity", &info.granularity, &Some(if drive.maps_nothing_else { 0 } else { 8 }));
     let dummies: Vec<u16> = device.dummies.iter().map(|data_type| data_type.code()).collect();
     same("DummyUsage", &dummies, &drive.dummies);
     same("DynamicChannelsSupported", &info.dynamic_channels, &drive.is_programmable);
     same("LSS_Supported", &info.lss, &drive.answers_lss);
-    // Each object of the PDOs has its own section.
+    // Each object of the PDOs has a section, so none is compact.
     same("CompactPDO", &info.compact_pdo, &0);
     same("FileName", &device.file.name.as_deref(), &case.drive.data_sheet.rsplit('/').next());
     let file = (device.file.eds_version.as_deref(), device.file.version, device.file.revision);
@@ -100,25 +100,25 @@ fn device_information<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) 
 /// The sizes of the data types 1 to 7.
 const DUMMY_BITS: [u8; 7] = [1, 8, 16, 32, 8, 16, 32];
 
-/// What of `[DeviceInfo]` a drive shows.
+/// What a drive shows of `[DeviceInfo]`.
 #[derive(Clone)]
 struct Observed {
     /// The lower half of 1000h.
     profile: Option<u16>,
-    /// It boots by itself.
+    /// Whether it boots by itself.
     boots: bool,
-    /// It sends NMT commands.
+    /// Whether it sends NMT commands.
     commands: bool,
-    /// 1018h:01 to 03; what the table of objects has is compared there, and 04 differs from drive to drive.
+    /// 1018h:01 to 03, unless the table of objects has them; 04 differs from drive to drive.
     identity: [Option<u32>; 3],
-    /// Receive and transmit PDOs that have parameters.
+    /// The numbers of receive and transmit PDOs with parameters.
     pdos: [u16; 2],
-    /// A PDO carries the address of what it is about: 254 and 255 objects are mapped.
+    /// Whether it has multiplex PDOs: 254 and 255 as the number of mapped objects.
     multiplexes: bool,
     maps_nothing_else: bool,
     /// The data types that fill a gap between mapped objects.
     dummies: Vec<u16>,
-    /// It has objects of programs, which begin at A000h.
+    /// Whether it has program objects, which begin at A000h.
     is_programmable: bool,
     answers_lss: bool,
 }
@@ -156,7 +156,7 @@ fn observed<S: Simulator>() -> Observed {
     observed
 }
 
-/// The code that was generated from the data sheet.
+/// Compares the data sheet with the code that was generated from it.
 fn against_the_code(checker: &mut Checker<'_>, sheet: &Sheet) {
     let (info, code) = (&sheet.device.info, &sheet.code.identity);
     let names = [&info.vendor_name, &info.product_name, &info.order_code].map(|name| name.as_deref().unwrap_or(""));
@@ -175,7 +175,7 @@ fn against_the_code(checker: &mut Checker<'_>, sheet: &Sheet) {
     newtypes(checker, sheet);
 }
 
-/// An entry of the data sheet and the handle that the code has for it.
+/// Compares an entry of the data sheet with its handle in the code.
 fn entry_and_handle(checker: &mut Checker<'_>, sheet: &Sheet, object: &Object, entry: &Entry) {
     let address = address(entry);
     let Some(handle) = sheet.handle(entry) else {
@@ -183,7 +183,7 @@ fn entry_and_handle(checker: &mut Checker<'_>, sheet: &Sheet, object: &Object, e
     };
     let (of, member) = (snake(&object.name).to_uppercase(), snake(&entry.name));
     let path = match handle.path.split_once('.') {
-        // The elements of an array have numbers for names.
+        // The elements of an array have numbers instead of names.
         Some((_, method @ ("at" | "len_object"))) => format!("{of}.{method}"),
         Some(_) => format!("{of}.{member}"),
         None => of,
@@ -195,7 +195,7 @@ fn entry_and_handle(checker: &mut Checker<'_>, sheet: &Sheet, object: &Object, e
     };
     same(checker, &format!("{address}: the meaning"), &meaning.as_str(), &handle.value_type);
     let (mut written, mut generated) = (Described::written(sheet, entry), Described::generated(sheet, handle, address));
-    // Limits that are those of the data type are no limits to a handle; the length of an array has none.
+    // Limits that are those of the data type are not in the handle; the length of an array has none.
     written.limits = written.limits.filter(|limits| Some(*limits) != entry.data_type.range());
     if handle.path.ends_with(".len_object") {
         for described in [&mut written, &mut generated] {
@@ -205,7 +205,7 @@ fn entry_and_handle(checker: &mut Checker<'_>, sheet: &Sheet, object: &Object, e
     same(checker, &address.to_string(), &written, &generated);
 }
 
-/// The type of what is nothing else: `u16` for UNSIGNED16.
+/// The plain type of a value: `u16` for UNSIGNED16.
 fn plain(data_type: DataType) -> String {
     data_type.name().replace("UNSIGNED", "u").replace("INTEGER", "i").replace("VISIBLE_STRING", "VisibleString")
 }

@@ -1,4 +1,4 @@
-//! What the simulated drive does not do, by the overlay: `simulated = false`.
+//! What the simulated drive does not do, according to the overlay: `simulated = false`.
 
 use lexican_eds::model::Meaning;
 use lexican_runtime::object::Address;
@@ -7,19 +7,19 @@ use crate::checker::Checker;
 use crate::drive::Case;
 use crate::sheet::address;
 
-/// Compares what the overlay says with the entries that the drive has looked at or set, in whatever it can be brought to do:
-/// `uses` says of each. What can only be read and has a default is a constant.
+/// Compares the overlay with the entries that the drive has read or set by itself, in everything that it can be made to
+/// do: `uses` says which. An entry that can only be read and has a default is a constant.
 pub(crate) fn entries(checker: &mut Checker<'_>, case: &Case<'_>, uses: impl Fn(Address) -> bool) {
     for entry in case.sheet.device.entries() {
         if let Some(why) = &entry.not_simulated {
             checker.not_simulated(why, format!("{:04X}h", entry.index));
         }
-        // Below, objects are those of CiA 301, which the runtime serves.
+        // Objects below 2000h are those of CiA 301, which the runtime serves.
         if entry.index < 0x2000 {
             continue;
         }
         let object = case.sheet.device.object(entry.index);
-        // How many entries there are.
+        // The number of entries.
         let counts = entry.sub == 0 && object.is_some_and(|object| object.kind.has_subs());
         let holds = counts || !entry.access.writable() && entry.default.is_some();
         let (used, said) = (uses(address(entry)), entry.not_simulated.is_none());
@@ -33,7 +33,7 @@ pub(crate) fn entries(checker: &mut Checker<'_>, case: &Case<'_>, uses: impl Fn(
     }
 }
 
-/// Whether the overlay says of no bit that is compared with the drive that it is not simulated.
+/// Compares the overlay with bits that are compared with the drive: none of them is marked as not simulated.
 pub(crate) fn bits(checker: &mut Checker<'_>, case: &Case<'_>, shown: impl Fn(u16, u8) -> bool) {
     for entry in case.sheet.device.entries() {
         let Meaning::BitField(name) = &entry.meaning else { continue };

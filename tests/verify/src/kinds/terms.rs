@@ -1,4 +1,4 @@
-//! Every value and every bit that the overlay names.
+//! The values and bits that the overlay names.
 
 use lexican_eds::model::Meaning;
 
@@ -8,20 +8,20 @@ use crate::manual::{Manual, Row};
 use crate::notation::{bits, number};
 use crate::sheet::Sheet;
 
-/// Where a manual names the values or bits of a type, besides its tables of objects.
+/// Where a manual names the values or bits of a type, other than in its tables of objects.
 pub(crate) enum Place {
-    /// Rows with this `bit`, by their `name`.
+    /// In rows with this `bit`, by their `name`.
     Bits(&'static str),
-    /// The row with the value, and the column with its name.
+    /// In the row with the value, in this column: file and column.
     Row(&'static str, &'static str),
-    /// A cell: file, key and column.
+    /// In a cell: file, key and column.
     Cell(&'static str, &'static str, &'static str),
-    /// Another table is about these values, and another kind of comparison.
+    /// In another table, which another comparison covers.
     Elsewhere,
 }
 
-/// Compares `terms.csv`. `places` has types that are named elsewhere than in `values.csv` and `formats.csv`; types that
-/// are compared elsewhere have none.
+/// Compares `terms.csv`. `places` has the types that are named elsewhere than in `values.csv` and `formats.csv`. Types
+/// that other comparisons cover have none.
 pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&str, Place)]) {
     let device = &case.sheet.device;
     let enumerations = device.enumerations.iter().flat_map(|(name, enumeration)| {
@@ -40,7 +40,8 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&str,
     });
     for (name, kind, key, term) in enumerations.chain(bit_fields) {
         let place = places.iter().find(|(of, _)| of == name).map(|(_, place)| place);
-        // What no object has is a parameter's of another interface, whose own tables are compared with it.
+        // A type that no object has is that of a parameter of another interface, which is compared with that
+        // interface's tables.
         if matches!(place, Some(Place::Elsewhere)) || users(case.sheet, name).is_empty() {
             continue;
         }
@@ -53,14 +54,14 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&str,
     }
 }
 
-/// The entries whose numbers have this meaning, as `2102:00`.
+/// The entries whose values have this meaning, as `2102:00`.
 fn users(sheet: &Sheet, name: &str) -> Vec<String> {
     let of = |meaning: &Meaning| matches!(meaning, Meaning::Enumeration(of) | Meaning::BitField(of) if of == name);
     let entries = sheet.device.entries().filter(|entry| of(&entry.meaning));
     entries.map(|entry| format!("{:04X}:{:02X}", entry.index, entry.sub)).collect()
 }
 
-/// What the manual calls a value or a bit, in the table that it stands in.
+/// The manual's name of a value or bit, in the table where it is.
 fn printed(manual: &Manual, sheet: &Sheet, name: &str, key: &str, place: Option<&Place>) -> Vec<String> {
     let cell = |file: &str, key: &str, column: &str| manual.row(file, key).map(|row| row.get(column).to_owned());
     match place {
@@ -76,7 +77,7 @@ fn printed(manual: &Manual, sheet: &Sheet, name: &str, key: &str, place: Option<
         None => {
             let addresses = users(sheet, name);
             let of = |row: &&Row| addresses.iter().any(|address| row.get("address") == address);
-            // A value is decimal or hexadecimal, and of a range of bits the lowest counts.
+            // A value is decimal or hexadecimal; for a range of bits, the lowest counts.
             let same = |cell: &str| cell == key || number(cell).is_some() && number(cell) == number(key);
             let values = manual.rows("values.csv").iter().filter(of).filter(|row| same(row.get("value")));
             let bits = manual.rows("formats.csv").iter().filter(of).filter(|row| {

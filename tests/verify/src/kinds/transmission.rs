@@ -1,4 +1,4 @@
-//! Transmission types: what the drive does with a PDO of each.
+//! Transmission types: what the drive does with a PDO of each type.
 
 use lexican_runtime::wire::pdo::TransmissionType;
 
@@ -8,7 +8,8 @@ use crate::manual::Row;
 use crate::notation::hex;
 use crate::rig::{Rig, Simulator, once};
 
-/// Compares `transmission_types.csv`, whose rows are about one object or, as `14xx`, about all of `indices`.
+/// Compares `transmission_types.csv`. A row is about one object or, with an index such as `14xx`, about all of
+/// `indices`.
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, indices: &[u16]) {
     for row in case.manual.rows("transmission_types.csv") {
         let of = |index: &&u16| match row.get("index").strip_suffix("xx").and_then(hex) {
@@ -22,7 +23,7 @@ pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, in
     }
 }
 
-/// One line: both ends of its range, on each PDO that it is about.
+/// Compares one row: both ends of its range, on each PDO that it is about.
 fn line<S: Simulator>(checker: &mut Checker<'_>, row: &Row, indices: &[u16]) {
     let Some((from, to)) = row.number::<u8>("from").zip(row.number::<u8>("to")) else { return };
     let receives = indices.iter().all(|index| *index < 0x1800);
@@ -111,7 +112,7 @@ fn sent<S: Simulator>(index: u16, code: u8) -> &'static str {
     if rig.write(index, 2, code.into(), 1).is_err() || rig.write(index, 5, 100, 2).is_err() {
         return "refused";
     }
-    // Where there is no inhibit time, none holds.
+    // If there is no inhibit time, there is none to clear.
     let _ = rig.write(index, 3, 0, 2);
     rig.nmt(0x01);
     rig.hear_from(id, 10);

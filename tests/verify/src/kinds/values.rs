@@ -9,8 +9,8 @@ use crate::manual::cells;
 use crate::notation::number;
 use crate::rig::{Rig, Simulator};
 
-/// Compares `values.csv`: a value is one of the entry's enumeration, its meaning is what `terms.csv` has for it, and the
-/// drive takes it. An entry that only shows values shows those that are written to its counterpart, of the same type.
+/// Compares `values.csv`: a value is in the entry's enumeration, its meaning is that in `terms.csv`, and the drive
+/// accepts it. A read-only entry shows the values written to its counterpart of the same type.
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let rows = case.manual.rows("values.csv");
     let taken = crate::rig::once::<S, _>(cells(rows), || {
@@ -48,7 +48,7 @@ fn is_taken<S: Simulator>(case: &Case<'_>, (index, sub): (u16, u8), value: i128)
     let size = taken.data_type.bits().map_or(4, |bits| bits / 8);
     let read = |rig: &mut Rig<S>| rig.read(index, sub).map(i128::from) == Ok(value);
     let was_there = read(&mut rig);
-    // A command is taken, and not kept.
+    // A command is accepted, but not kept.
     let done = rig.write(taken.index, taken.sub, value as i64, size).is_ok();
     was_there || done && (read(&mut rig) || (taken.index, taken.sub) == (index, sub))
 }

@@ -1,6 +1,6 @@
-//! Bits: the system status word (table 1), the status word (table 21), the control word (table 23), and what must hold
-//! before anything moves (chapter 2.2). Of each bit, the words of its row are clauses that the drive is asked for; the
-//! first of them is about the bit itself.
+//! Bits: the system status word (table 1), the status word (table 21), the control word (table 23), and the start
+//! conditions (chapter 2.2). The words of a bit's row are clauses that the drive is asked about; the first clause is
+//! about the bit itself.
 
 use lexican_eds::model::Device;
 
@@ -14,7 +14,7 @@ use crate::manual::Row;
 use crate::rig::once;
 use crate::script::Clauses;
 
-/// A clause that no drive can be asked for.
+/// A clause about which no drive can be asked.
 pub(super) const BATTERY_LIFE: &str = "replace within half a year";
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
@@ -80,9 +80,9 @@ fn status_word<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     checker.that(row, "name", Against::Sheet, named == (name != D::RESERVED), "the overlay has another name");
 }
 
-/// What holds where a bit of the status word is 1.
+/// The clauses that hold if a bit of the status word is 1.
 fn of_status_word<D: Siko>(bit: u16, mode: &str) -> Option<Clauses> {
-    // Which bits table 22 is about, it says itself: it is compared in whole.
+    // Table 22 itself says which bits it is about, and is compared as a whole.
     if matches!((bit, mode), (0..=3 | 6, "")) {
         return Some(vec![("table 22", distinguishes_states::<D>(bit))]);
     }
@@ -91,7 +91,7 @@ fn of_status_word<D: Siko>(bit: u16, mode: &str) -> Option<Clauses> {
 
 fn control_word<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     let (bit, mode) = (row.get("bit"), row.get("mode"));
-    // Of some bits each mode has a row of its own.
+    // Some bits have a row for each mode.
     let has_modes = matches!(bit, "4" | "8" | "13" | "14" | "15");
     if has_modes == mode.is_empty() || !matches!(mode, "" | "positioning" | "velocity") {
         return;
@@ -115,7 +115,7 @@ fn control_word<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) 
     checker.that(row, "name", Against::Sheet, agrees, overlay.unwrap_or("no name"));
 }
 
-/// The words for an effect, as far as the rest of it holds.
+/// The clauses of an effect that hold besides the effect itself.
 fn action<D: Siko>(effect: &str, bit: u16, mode: &str) -> String {
     let clauses = match (effect, mode) {
         ("commands", _) => vec![("table 24", true)],
@@ -158,7 +158,7 @@ fn action<D: Siko>(effect: &str, bit: u16, mode: &str) -> String {
     said(&clauses)
 }
 
-/// What a bit of the control word does to a drive in OPERATION ENABLED.
+/// The effect of a bit of the control word on a drive in OPERATION ENABLED.
 fn effect<D: Siko>(bit: u16, mode: &str) -> &'static str {
     let (mask, is_velocity) = (1 << bit, mode == "velocity");
     let mut rig = if is_velocity { in_velocity_mode::<D>() } else { Rig::<D>::enabled() };
@@ -190,7 +190,7 @@ fn effect<D: Siko>(bit: u16, mode: &str) -> &'static str {
         }
         _ => {}
     }
-    // One that is written for a while.
+    // An order that lasts for a while.
     rig.set(&[if is_velocity { (0x60FF, 0, 30, 4) } else { (0x607A, 0, 3000, 4) }]);
     rig.control(if is_velocity { 0x010F | mask } else { 0x000F | mask });
     rig.hear(500);
@@ -228,7 +228,7 @@ fn inches_until<D: Siko>(mask: u16) -> bool {
     moves && rig.velocity() == 0
 }
 
-/// Whether the way to a stop depends on the deceleration that is set, and the motor stays in control.
+/// Whether the way to a stop depends on the programmed deceleration, and the motor stays in control.
 fn interrupts_as_programmed<D: Siko>() -> bool {
     let stop = |percent: i64| {
         let mut rig = super::rig::enabled_with::<D>(&[one(D::deceleration(), percent)]);
@@ -259,7 +259,7 @@ fn start_condition<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Ro
     checker.cell(row, "word", Against::Drive, "1002");
 }
 
-/// What the overlay calls the bits that a start condition is about.
+/// The overlay's names of the bits that a start condition is about.
 fn is_about(meaning: &str) -> &'static [&'static str] {
     match meaning {
         "no fault" => &["fault"],
@@ -273,13 +273,13 @@ fn is_about(meaning: &str) -> &'static [&'static str] {
     }
 }
 
-/// A start although a condition is not met.
+/// A start while a condition is not met.
 #[derive(Clone)]
 struct Violation {
     /// The system status word while the condition is met, and while it is not.
     met: u16,
     unmet: u16,
-    /// The drive does what it would do without the start.
+    /// Whether the drive does the same as without the start.
     refused: bool,
 }
 
@@ -291,7 +291,7 @@ fn violation<D: Siko>(operation: &str, meaning: &str) -> Option<Violation> {
         _ => return None,
     };
     let make = || if operation == "velocity" { in_velocity_mode::<D>() } else { Rig::<D>::enabled() };
-    // What the meaning rules out; the bit is compared with what it shows then.
+    // Situations that the meaning rules out; the bit is compared with what it shows in them.
     let situation = || {
         Some(match meaning {
             "no fault" => make().after(|inputs| inputs.sensor_fails = true),
@@ -331,8 +331,8 @@ fn ready<D: Siko>(checker: &mut Checker<'_>, row: &Row, in_velocity: bool) {
     checker.cell(row, "meaning", Against::Drive, if all { "all conditions met" } else { "some conditions met" });
 }
 
-/// Bit 11 of a drive that is ready, where 0 says that nothing is missing; and whether it says so only when all
-/// conditions are met, which are those of the rows above.
+/// Bit 11 of a drive that is ready: 0 means that nothing is missing. And whether it is 0 only if all conditions are
+/// met, which are those of the rows above.
 fn readiness<D: Siko>(in_velocity: bool) -> (u16, bool) {
     let make = || if in_velocity { in_velocity_mode::<D>() } else { Rig::<D>::enabled() };
     let bit = |rig: &Rig<D>| rig.system() >> 11 & 1;

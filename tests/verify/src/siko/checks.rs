@@ -17,7 +17,7 @@ const PDOS: &[u16] = &[0x1400, 0x1402, 0x1403, 0x1800, 0x1802, 0x1803];
 pub(crate) struct Checks<D>(PhantomData<D>);
 
 impl<D: Siko> Checks<D> {
-    /// All comparisons, the quick ones first: a mutant is found sooner.
+    /// All comparisons, the quick ones first, so that a mutant is found sooner.
     pub(crate) const ALL: &'static [Check] = &[
         sheet::check::<D>,
         |checker, case| super::values::file::<D>(checker, case),

@@ -42,7 +42,7 @@ fn example<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, file: &'static s
     once::<D, _>((mode, cells(rows)), || replay::<D>(mode, rows)).give(checker, rows);
 }
 
-/// Replays the rows, one after the other.
+/// Replays the rows in order.
 fn replay<D: Siko>(operating_mode: u8, rows: &[Row]) -> Answers {
     let mut answers = Answers::default();
     let mut rig = Rig::<D>::new();
@@ -55,7 +55,7 @@ fn replay<D: Siko>(operating_mode: u8, rows: &[Row]) -> Answers {
     answers
 }
 
-/// Does what the row says: whether the drive does too, and what it does.
+/// Does what a row says. Returns whether the drive does so, too, and what it does.
 fn step<D: Siko>(rig: &mut Rig<D>, rows: &[Row], row: &Row) -> (bool, String) {
     let meaning = row.get("meaning");
     let Some(id) = hex(row.get("cob_id")) else {

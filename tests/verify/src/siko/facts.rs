@@ -1,4 +1,4 @@
-//! Numbers that stand in running text.
+//! Numbers in running text.
 
 use lexican_eds::model::Direction::{self, Receive, Transmit};
 use lexican_eds::model::Value;
@@ -21,7 +21,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// What is found in the place of a fact.
+/// The value found for a fact, and where.
 fn fact<D: Siko>(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
     let by_sheet = by_sheet::<D>(key, sheet).map(|found| (found, Against::Sheet));
     let by_drive = || once::<D, _>(key, || by_drive::<D>(key)).map(|found| (found, Against::Drive));
@@ -145,7 +145,7 @@ fn by_drive<D: Siko>(key: &str) -> Option<String> {
     Some(found)
 }
 
-/// The least whole velocity at which the drive says that it moves.
+/// The lowest integer velocity at which the drive reports that it moves.
 fn standstill<D: Siko>() -> Option<i32> {
     (1..5).find(|velocity| running_at::<D>(*velocity, 5000).system() >> 4 & 1 == 1)
 }
@@ -163,7 +163,7 @@ fn calibrates<D: Siko>(rig: &mut Rig<D>, index: u16, sub: u8, value: i64) -> boo
     rig.set(&[(0x607C, 0, 500, 4), (index, sub, value, 4)]) && rig.read(0x6064, 0) == Ok(500)
 }
 
-/// The ratio with which so many revolutions outside are so many inside.
+/// The ratio if the shaft turns by it; else the position of the shaft after a travel of 1600.
 fn ratio<D: Siko>(numerator: i64, denominator: i64) -> String {
     let mut rig = Rig::<D>::new();
     let set = rig.set(&[(0x6091, 1, numerator, 2), (0x6091, 2, denominator, 2)]);
@@ -176,7 +176,7 @@ fn ratio<D: Siko>(numerator: i64, denominator: i64) -> String {
     if set && (shaft - expected).abs() < 1.0 { format!("{numerator}/{denominator}") } else { format!("{shaft}") }
 }
 
-/// What a revolution of the shaft changes the position by.
+/// The change of the position by one revolution of the shaft.
 fn per_revolution<D: Siko>(rig: &mut Rig<D>, spindle_pitch: i64) -> i32 {
     let set = rig.write(0x2412, 0, spindle_pitch, 2);
     rig.nmt(0x01);
@@ -218,7 +218,7 @@ fn expired<D: Siko>() -> String {
     if set { name } else { String::new() }
 }
 
-/// The transmission types with which two changes in a row are kept apart.
+/// The transmission types for which the inhibit time separates two changes in a row.
 fn inhibited<D: Siko>() -> Vec<String> {
     let kept = |code: &i64, inhibit: i64| {
         let mut rig = Rig::<D>::new();

@@ -30,7 +30,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// Whether the drive has a code, or keeps it for later use.
+/// Whether the drive has a code, or reserves it.
 fn has<D: Siko>(code: u16) -> bool {
     matches!(code, NO_ERROR | RESERVED) || D::CODES.cause(code) != Cause::Unknown(code)
 }
@@ -38,12 +38,12 @@ fn has<D: Siko>(code: u16) -> bool {
 /// The code that table 20 calls reserved.
 const RESERVED: u16 = 0xFF00;
 
-/// The fault that a code is about; error passive is none, though it may become one.
+/// The fault of a code. Error passive is no fault, though it may become one.
 fn fault_of<D: Siko>(code: u16) -> Option<&'static Fault> {
     D::MODEL.faults.iter().find(|fault| fault.code.number == code && code != ERROR_PASSIVE)
 }
 
-/// The world shortly before a fault, and in it.
+/// The inputs shortly before a fault, and at the fault.
 fn causes(kind: FaultKind) -> [fn(&mut Inputs); 2] {
     use FaultKind as K;
     match kind {
@@ -64,7 +64,7 @@ fn causes(kind: FaultKind) -> [fn(&mut Inputs); 2] {
     }
 }
 
-/// A drive on its way, whose EMCY codes are as printed: high byte first.
+/// A drive that is travelling, with EMCY codes as printed: high byte first.
 fn travelling<D: Siko>() -> Rig<D> {
     let mut setup = Setup::new(D::MODEL, NODE);
     setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
@@ -81,7 +81,7 @@ fn fails<D: Siko>(rig: &Rig<D>, kind: FaultKind) -> bool {
     rig.see(|drive, _| drive.controller().faults().iter().any(|fault| fault.kind == kind))
 }
 
-/// The letters of the faults that a drive has.
+/// The letters of the drive's present faults.
 fn letters<D: Siko>(rig: &Rig<D>) -> String {
     rig.see(|drive, _| drive.controller().faults().iter().map(Fault::letter).collect())
 }
@@ -99,14 +99,14 @@ fn table_2<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, fault
     if row.has("condition") {
         checker.cell(row, "condition", Against::Drive, condition::<D>(kind));
     }
-    // Only one fault says how long it takes.
+    // Only one fault has a duration.
     if row.has("duration_s") {
         let duration = seconds.filter(|_| kind == FaultKind::Overcurrent).map_or(String::new(), |s| s.to_string());
         checker.cell(row, "duration_s", Against::Drive, duration);
     }
 }
 
-/// When a fault comes, as the drive shows it: numbers are where it begins to come.
+/// The condition of a fault, as the drive shows it; numbers are thresholds.
 fn condition<D: Siko>(kind: FaultKind) -> String {
     let volts = |tenths: i64| tenths as f64 / 10.0;
     once::<D, _>(kind, || match kind {
@@ -168,7 +168,7 @@ fn comes<D: Siko>(rig: &mut Rig<D>, kind: FaultKind, change: impl FnOnce(&mut In
     fails(rig, kind)
 }
 
-/// The last number without a fault on a travel, between one without and one with.
+/// The last number without a fault during a travel, between one without and one with it.
 fn bound<D: Siko>([mut without, mut with]: [i64; 2], set: fn(&mut Inputs, i64)) -> i64 {
     while (with - without).abs() > 1 {
         let middle = without + (with - without) / 2;
@@ -180,13 +180,13 @@ fn bound<D: Siko>([mut without, mut with]: [i64; 2], set: fn(&mut Inputs, i64)) 
     without
 }
 
-/// How a drive falls into a fault.
+/// How a drive gets into a fault.
 #[derive(Clone)]
 struct Fall {
-    /// The letters of its faults shortly before, and then.
+    /// The letters of its faults shortly before, and at the fault.
     spared: String,
     fallen: String,
-    /// How long it takes, if it comes.
+    /// The seconds until the fault, if it comes.
     seconds: Option<u32>,
     blinks: usize,
 }
@@ -215,7 +215,7 @@ fn table_20<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code
     let fault = fault_of::<D>(code);
     checker.cell(row, "letter", Against::Code, fault.map_or("", |fault| fault.code.label));
     if code == RESERVED {
-        // None of the faults is reported by it.
+        // No fault uses this code.
         emcy::check(checker, case, row, code, None);
         let sent = once::<D, _>((), || {
             let faults = D::MODEL.faults.iter();
@@ -232,10 +232,10 @@ fn table_20<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code
     let is_sent = fault.is_none_or(|fault| fault.kind != FaultKind::BusOff);
     emcy::check(checker, case, row, code, Some(heard.as_slice()).filter(|_| is_sent));
     checker.cell(row, "communication_ends", Against::Drive, yes(communication_ends));
-    // Of the state, only the rows of faults and the one of their end speak.
+    // The column about the state is filled only for faults and for their end.
     let speaks = fault.is_some() || code == NO_ERROR;
     checker.cell(row, "state_fault", Against::Drive, if speaks { yes(state_fault) } else { "" });
-    // Of what is no fault, the table does not always say it.
+    // The table does not always say whether something other than a fault is stored.
     let silent = code == NO_ERROR || fault.is_none() && newest != code && row.get("stored").is_empty();
     let stored = if silent { "" } else { yes(newest == code) };
     checker.cell(row, "stored", Against::Drive, stored);
@@ -273,7 +273,7 @@ fn emergency<D: Siko>(code: u16) -> Emergency {
     })
 }
 
-/// Brings the emergency about; its data.
+/// Causes the emergency; returns its data.
 fn provoke<D: Siko>(rig: &mut Rig<D>, code: u16) -> Vec<u8> {
     let wait = |rig: &mut Rig<D>| rig.hear_from(0x085, 12_000).pop().unwrap_or_default();
     if let Some(fault) = fault_of::<D>(code) {

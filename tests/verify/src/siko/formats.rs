@@ -1,4 +1,4 @@
-//! Format descriptions: what the bits of an object are.
+//! Descriptions of formats: the meaning of the bits of an object.
 
 use std::collections::BTreeSet;
 
@@ -31,10 +31,10 @@ fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, rig: &
     checker.that(row, "address", Against::Sheet, last.is_none_or(|last| last == subs), format!("..{subs:02X}"));
     let bits = sheet.device.entry(index, sub).and_then(|entry| entry.data_type.bits());
     checker.that(row, "address", Against::Sheet, bits.is_some(), "no such entry");
-    // The manual prints 32 bits where the drive has 16, too (E05, E06).
+    // The manual prints 32 bits even where the drive has 16 (E05, E06).
     let fits = bits.is_some_and(|bits| high < bits || bits == 16 && high == 31);
     checker.that(row, "bits", Against::Sheet, fits, format!("{bits:?} bits"));
-    // The rows of an object say what each of its bits is, and none of them twice.
+    // The rows of an object describe each of its bits exactly once.
     checker.that(row, "bits", Against::Manual, are_whole(manual, row.get("address")), "a gap or an overlap");
     let taken = |raw: u32| u32::try_from(u64::from(raw) >> low & ((1 << (high - low + 1)) - 1)).unwrap_or(0);
     let mut drive = || rig.read(index, sub).ok().map(taken);
@@ -66,7 +66,7 @@ fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, rig: &
         }
         _ => (cob_id_part::<D>(row, index, (low, high)).into(), Against::Code),
     };
-    // Bytes of a text or of a date have values, bits have two, and everything else has none.
+    // Bytes of a text or of a date have values, single bits have two values, and all other rows have none.
     let said = match index {
         0x1008 | 0x100A | 0x1011 => {
             hex(value).and_then(char::from_u32).map(String::from) == Some(row.get("meaning").into())
@@ -83,7 +83,7 @@ fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, rig: &
     }
 }
 
-/// Whether the rows of an address share its bits among themselves, from bit 0 to the highest of a byte.
+/// Whether the rows of an address cover its bits without gap or overlap, from bit 0 to the highest of a byte.
 fn are_whole(manual: &Manual, address: &str) -> bool {
     let rows = manual.rows("formats.csv").iter().filter(|row| row.get("address") == address);
     let parts: BTreeSet<(u8, u8)> = rows.filter_map(|row| bits(row.get("bits"))).collect();
@@ -91,12 +91,12 @@ fn are_whole(manual: &Manual, address: &str) -> bool {
     next.is_some_and(|next| next % 8 == 0)
 }
 
-/// The character at a position of four.
+/// The character that begins at a bit of a word.
 fn character(word: u32, low: u8) -> char {
     char::from(word.to_le_bytes().get(usize::from(low / 8)).copied().unwrap_or(0))
 }
 
-/// The version is an example; what the drive has in its place is of the same kind.
+/// The printed version is an example; the drive must have one of the same kind.
 fn version(drive: Option<u32>, value: &str) -> Option<String> {
     let (drive, printed) = (char::from_u32(drive?)?, char::from_u32(hex(value)?)?);
     (drive == printed || drive.is_ascii_digit() && printed.is_ascii_digit()).then(|| printed.to_string())
@@ -140,7 +140,7 @@ fn named_bits(manual: &Manual, sheet: &Sheet, row: &Row, index: u16, sub: u8, (l
     }
 }
 
-/// What the runtime makes of a bit of a COB-ID parameter.
+/// What the runtime reads in a bit of a COB-ID parameter.
 fn cob_id_part<D: Siko>(row: &Row, index: u16, (low, high): (u8, u8)) -> &'static str {
     let (sync, emcy, sdo, rpdo) = (index == 0x1005, index == 0x1014, index == 0x1200, index < 0x1800);
     let own_switch = D::MODEL.emergencies.filter(|_| emcy).map(|switch| (switch.bit, switch.on_when_set));

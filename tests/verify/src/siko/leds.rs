@@ -1,4 +1,4 @@
-//! The LEDs (7.14), by looking at them: what blinks is seen by when it is lit.
+//! The LEDs (7.14), observed at intervals: what blinks is recognised by when it is lit.
 
 use siko::sim::Lights;
 use siko::sim::inputs::Inputs;
@@ -8,7 +8,7 @@ use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::rig::once;
 
-/// From one look to the next.
+/// The time between two observations.
 const LOOK_MS: u64 = 50;
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
@@ -51,8 +51,8 @@ fn in_words<D: Siko>(led: &str, meaning: &str) -> String {
     })
 }
 
-/// When an LED goes on and off within some seconds: how many looks each lasts, beginning with the first one that
-/// was seen from its beginning.
+/// The periods in which an LED is on and off within some seconds, each in numbers of observations. The first and the
+/// last one are left out, because they were not observed as a whole.
 fn spans<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
     let mut spans: Vec<(bool, u64)> = Vec::new();
     for _ in 0..240 {
@@ -64,14 +64,14 @@ fn spans<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> Vec<(bool, u64)
         rig.hear(LOOK_MS);
     }
     if spans.len() > 2 {
-        // Neither the first nor the last was seen in whole.
+        // Neither the first nor the last one was observed as a whole.
         spans.remove(0);
         spans.pop();
     }
     spans
 }
 
-/// `on`, `off`, `blinking 2.5 Hz` when light and dark last equally long, or `blinking 1:5`.
+/// `on`, `off`, `blinking 2.5 Hz` if on and off last equally long, or `blinking 1:5`.
 pub(super) fn shown<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> String {
     let spans = spans(rig, look);
     let longest = |of: bool| spans.iter().filter(|(lit, _)| *lit == of).map(|(_, looks)| *looks).max();
@@ -85,7 +85,7 @@ pub(super) fn shown<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> Stri
     }
 }
 
-/// How often an LED flashes from one pause to the next.
+/// The number of flashes of an LED between two pauses.
 pub(super) fn blinks<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> usize {
     let spans = spans(rig, look);
     let pause = spans.iter().map(|(_, looks)| *looks).max().unwrap_or(0);

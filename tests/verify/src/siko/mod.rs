@@ -1,4 +1,4 @@
-//! What the manuals of SIKO's drives share beyond what any manual has: tables and their behaviour.
+//! What the manuals of SIKO's drives share beyond those of other drives: tables, and the behaviour that they describe.
 
 pub(crate) mod bits;
 pub(crate) mod checks;
@@ -20,8 +20,8 @@ pub(crate) mod values;
 
 use rig::Siko;
 
-/// The key of a row as it would be in the AG03/1's manual, where parameters are in chapter 6, CANopen is in 7, and the
-/// objects are described in 7.12.2: of these, the number of the chapter is left out.
+/// The key of a row as in the AG03/1's manual, where chapter 6 has the parameters, 7 CANopen, and 7.12.2 the objects.
+/// For the objects, the number of the chapter is left out.
 fn known<D: Siko>(key: &str) -> String {
     let [parameters, network] = D::CHAPTERS;
     let (chapter, subject) = key.split_once(':').unwrap_or((key, ""));

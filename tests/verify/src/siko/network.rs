@@ -12,7 +12,7 @@ use crate::manual::Row;
 use crate::notation::{bytes, yes};
 use crate::sheet::Sheet;
 
-/// Whether a command does what power-on does: what the EEPROM does not keep is as it was in the beginning.
+/// Whether a command does the same as power-on: values that the EEPROM does not keep are as they were at first.
 pub(crate) fn starts_cold<D: Siko>(command: u8) -> bool {
     let mut rig = Rig::<D>::new();
     let set = rig.set(&[(0x1017, 0, 5000, 2), (0x2410, 4, 51, 1)]);
@@ -21,10 +21,10 @@ pub(crate) fn starts_cold<D: Siko>(command: u8) -> bool {
     set && (rig.read(0x1017, 0), rig.read(0x2410, 4)) == (Ok(0), Ok(51))
 }
 
-/// The columns about LED, keys, state machine and motor in an NMT state.
+/// Compares the columns about LED, keys, state machine and motor in an NMT state.
 pub(crate) fn in_nmt_state<D: Siko>(checker: &mut Checker<'_>, row: &Row, mut rig: Rig<D>) {
     use Against::Drive as D;
-    // In OPERATIONAL, the NMT state decides neither of them: the drive stays as it is commanded.
+    // In OPERATIONAL, the NMT state affects neither: the drive stays as it is commanded.
     let [before, after] = [rig.status(), {
         rig.controls(&[0x0106]);
         rig.status()
@@ -86,7 +86,7 @@ pub(crate) fn sdo_examples<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) 
     }
 }
 
-/// What an SDO of the examples does, by the name of its object.
+/// The meaning of an SDO in the examples, by the name of its object.
 fn meaning(sheet: &Sheet, data: &[u8]) -> String {
     let &[command, low, high, sub, ..] = data else { return String::new() };
     let object = sheet.device.object(u16::from_le_bytes([low, high]));
@@ -123,7 +123,8 @@ pub(crate) fn node_address<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) 
     }
 }
 
-/// The resistor is hardware: what the switches do with it is a table in the drive's crate, which is compared.
+/// Compares `bus_termination.csv`. The resistor is hardware, so the rows are compared with a table in the drive's
+/// crate.
 pub(crate) fn bus_termination(checker: &mut Checker<'_>, case: &Case<'_>) {
     for row in case.manual.rows("bus_termination.csv") {
         let switches = match row.key.as_str() {
@@ -144,12 +145,12 @@ pub(crate) fn bus_termination(checker: &mut Checker<'_>, case: &Case<'_>) {
     checker.require(half(1 << 8) && half(1 << 9), || "bus_termination.csv: one switch alone terminates".into());
 }
 
-/// What `pdo_layouts.csv` needs: a position whose bytes differ.
+/// Prepares a drive for `pdo_layouts.csv`: sets a position whose bytes differ.
 pub(crate) fn prepare_layouts<D: Siko>(rig: &mut Rig<D>) -> bool {
     rig.set(&[(0x607C, 0, 0x0A_BCDE, 4)])
 }
 
-/// Values whose bytes differ: a word that commands nothing, a position, a velocity.
+/// Values whose bytes differ: a control word without a command, a position, a velocity.
 pub(crate) fn sample(index: u16) -> u32 {
     match index {
         0x6040 => 0x0500,

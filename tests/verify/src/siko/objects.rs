@@ -17,7 +17,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
         name(checker, case, &index, &object.name, &format!("{index}:00"), "object");
         for entry in &object.entries {
             let key = format!("{index}:{:02X}", entry.sub);
-            // What has no sub-indices has one name for itself and for its value.
+            // An object without sub-indices has one name for itself and for its value.
             let named = if object.kind.has_subs() { &entry.name } else { &object.name };
             name(checker, case, &key, named, &key, "description");
             if let Some(row) = case.manual.row("objects.csv", &key) {
@@ -27,7 +27,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// The chapters `.12.2.N` of the one about CANopen, about objects: the manual describes these in the order of their indices.
+/// Compares chapters `.12.2.N`, which describe the objects in the order of their indices.
 fn chapters(checker: &mut Checker<'_>, case: &Case<'_>, network: &str) {
     let subjects = [
         ("objects.csv", "index"),
@@ -50,7 +50,7 @@ fn chapters(checker: &mut Checker<'_>, case: &Case<'_>, network: &str) {
     }
 }
 
-/// What the manual calls something, and its name in the data sheet.
+/// Compares the name of something in the manual with that in the data sheet.
 fn name(checker: &mut Checker<'_>, case: &Case<'_>, key: &str, name: &str, described: &str, column: &str) {
     let Some(row) = checker.row("names.csv", key) else { return };
     checker.cell(row, "data_sheet", Against::Sheet, name);
@@ -59,7 +59,7 @@ fn name(checker: &mut Checker<'_>, case: &Case<'_>, key: &str, name: &str, descr
 
 fn described<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry, name: &str) {
     use Against::Sheet as S;
-    // Where the data sheet has another name, names.csv says so; the name in the data sheet is compared there.
+    // If the data sheet has another name, `names.csv` has both, and the latter is compared there.
     let (printed, index) = (row.get("object"), format!("{:04X}", entry.index));
     let named = case.manual.row("names.csv", &index);
     let translated = named.is_some_and(|row| row.get("printed") == printed && row.get("data_sheet") == name);
@@ -84,7 +84,7 @@ fn described<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, ent
         [unit] => in_words(unit).replace('°', "deg"),
         _ => String::new(),
     };
-    // Chapter 7.12.2 prints the units of measured values and times; those of parameters stand in table 6.
+    // Chapter 7.12.2 prints the units of measured values and times; table 6 has those of parameters.
     let elsewhere = row.get("unit").is_empty() && PRINTED_ELSEWHERE.contains(&unit.as_str());
     checker.that(row, "unit", S, row.get("unit") == unit || elsewhere, unit);
 }
@@ -99,7 +99,7 @@ pub(super) fn in_words(unit: &Unit) -> String {
 
 const PRINTED_ELSEWHERE: &[&str] = &["rev/min", "%", "increments", "1/100 mm", "ms", "100 us"];
 
-/// A row of table 28: name and remark.
+/// Compares a row of table 28: name and remark.
 fn overview<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, index: u16, name: &str) {
     let key = format!("{index:04X}");
     let Some(row) = checker.row("overview.csv", &key) else { return };
@@ -111,7 +111,7 @@ fn overview<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, index: u16, nam
     checker.that(row, "index", Against::Code, served, "no handle");
 }
 
-/// A remark: parameters that the object holds, a chapter that is about it, or what kind of object it is.
+/// Compares a remark: the parameters that the object holds, a chapter about it, or the kind of the object.
 fn remark<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index: u16) {
     let (note, device) = (row.get("note"), &case.sheet.device);
     if let Some(printed) = note.strip_prefix("parameter") {
@@ -139,7 +139,7 @@ fn remark<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index:
     checker.cell(row, "note", against, found);
 }
 
-/// The chapter that the manual refers to for an object, from the tables that are about what the object holds.
+/// The chapter to which the manual refers for an object, from the tables about what the object holds.
 fn described_in<D: Siko>(case: &Case<'_>, index: u16) -> String {
     let of = |file: &str, key: &str| {
         let row = case.manual.rows(file).iter().find(|row| super::known::<D>(&row.key) == key || row.key == key);
@@ -155,13 +155,13 @@ fn described_in<D: Siko>(case: &Case<'_>, index: u16) -> String {
         0x100C | 0x100D => of("facts.csv", "7.2.11:first toggle bit"),
         0x1011 => calibration(case.manual, index).to_owned(),
         0x1017 => of("facts.csv", "7.2.10:heartbeat identifier plus node-ID"),
-        // Ten parameters at once.
+        // Holds ten parameters.
         0x2410 => of("parameters.csv", "1"),
         _ => String::new(),
     }
 }
 
-/// Chapter 3 is about the objects that calibrate.
+/// The chapter about an object for calibration, in chapter 3.
 fn calibration(manual: &Manual, index: u16) -> &str {
     match index {
         0x1011 | 0x607C => manual.cell("facts.csv", "3:calibration by", "chapter"),

@@ -48,7 +48,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
         let Some(entry) = sheet.device.entry(address.index(), address.sub()) else { continue };
         checker.cell(row, "eeprom", Against::Sheet, yes(entry.persistent));
         unit(checker, case, row, entry);
-        // By the address that the other table prints.
+        // By the address in the other table.
         let printed = address_of(object).and_then(|(index, sub)| sheet.device.entry(index, sub));
         if let Some(entry) = printed {
             range_and_default::<D>(checker, case, row, object, entry);
@@ -57,7 +57,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     restored::<D>(checker, case);
 }
 
-/// Whether table 6 calls a parameter as its object is described, or as it is known to.
+/// Whether table 6 names a parameter as the description of its object does, or as a known exception.
 fn is_named<D: Siko>(row: &Row, described: &str) -> bool {
     let bare = |name: &str| name.replace(' ', "").to_ascii_lowercase();
     let name = row.get("name");
@@ -65,7 +65,7 @@ fn is_named<D: Siko>(row: &Row, described: &str) -> bool {
     known || bare(described) == bare(name) || described.split(" (").next().map(bare) == Some(bare(name))
 }
 
-/// One that 1011h does not restore: the address, or the bit rate by its name.
+/// Compares a parameter that 1011h does not restore: the address, or the bit rate by its name.
 fn lasting<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index: u16) {
     let key = format!("{index:04X}:00");
     checker.cell(row, "object", Against::Code, format!("{index:04X}"));
@@ -97,7 +97,7 @@ fn lasting<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index
     checker.cell(row, "kind", Against::Drive, if restored { "restored" } else { "" });
 }
 
-/// Parameter 25, which other interfaces have, and no object.
+/// Parameter 25, which only other interfaces have, not as an object.
 fn parameters_25<'a>(case: &'a Case<'_>) -> impl Iterator<Item = &'a Entry> {
     let parameters = case.sheet.device.interfaces.values().flat_map(|interface| &interface.parameters);
     let entries = parameters.map(|parameter| &parameter.entry).filter(|entry| entry.index == 0);
@@ -124,7 +124,7 @@ fn of_other_interfaces<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row:
     }
 }
 
-/// Number 24 is two objects: one for each operating mode.
+/// Compares parameter 24, which is two objects, one for each operating mode.
 fn setpoint<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     let sheet = case.sheet;
     let described = case.manual.cell("objects.csv", "607A:00", "description");
@@ -137,7 +137,7 @@ fn setpoint<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
         format!("{} {}..{}", gear.trim_start_matches("gear "), range.low, range.high)
     };
     let ranges: Vec<_> = velocity.map_or(Vec::new(), |velocity| velocity.ranges.iter().map(of_gear).collect());
-    // That the limits bound it, the drive is asked for by a statement.
+    // A statement covers that the limits bound it.
     checker.cell(
         row,
         "range",
@@ -190,7 +190,7 @@ fn words_of<'m>(manual: &'m Manual, key: &str) -> Vec<&'m Row> {
     manual.rows("values.csv").iter().filter(of).collect()
 }
 
-/// How table 6 calls what the data description calls otherwise.
+/// The name in table 6 for what the data description calls otherwise.
 fn in_words(meaning: &str) -> &str {
     match meaning {
         "profile position" => "positioning mode",
@@ -208,13 +208,15 @@ fn units(case: &Case<'_>, entry: &Entry) -> String {
 
 fn unit(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry) {
     let (units, printed) = (units(case, entry), row.get("unit"));
-    // A share of parameter 9 is a share; the calibration value is a position, but printed without a unit.
+    // A value relative to parameter 9 has the unit of a share. The calibration value is a position, but printed without
+    // a unit.
     let agrees = printed == units || printed.split(" of ").next() == Some(&units);
     let silent = printed.is_empty() && row.get("number") == "14";
     checker.that(row, "unit", Against::Sheet, agrees || silent, units);
 }
 
-/// 1011h:02 restores the standard parameters, 1011h:03 those of the controller, and neither touches the other's.
+/// Checks that 1011h:02 restores the standard parameters, 1011h:03 those of the controller, and each leaves the others
+/// alone.
 fn restored<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for (sub, kind) in [(2, "standard"), (3, "controller")] {
         let mut rig = Rig::<D>::as_delivered();

@@ -27,12 +27,12 @@ use crate::rig::once;
 /// A drive on PROFIBUS.
 pub(crate) trait Dp: 'static {
     const MODEL: &'static Model;
-    /// How the manual writes the widths of parameters: a word, one that is acknowledged by a double word, a double word,
+    /// The manual's words for the widths of parameters: a word, a word acknowledged by a double word, a double word,
     /// and ten words.
     const FORMATS: [&'static str; 4];
-    /// What the manual calls a number that is none.
+    /// The manual's word for a number without a parameter.
     const RESERVED: &'static str;
-    /// How many switches set the address, if any do.
+    /// The number of switches that set the address; 0 if none do.
     const SWITCHES: usize;
     /// The boxes of figures 13 and 14, if they are not lost.
     const BOXES: &'static [(&'static str, usize)];
@@ -163,7 +163,7 @@ fn parameters<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// A row of the manual by the row of the code and by that of the overlay.
+/// Compares a row of the manual with the row of the code and with the overlay's parameter.
 fn of_row<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, found: &table::Row, own: &Parameter) {
     let ours = found.parameter.object.map(|object| (object.index(), object.sub()));
     checker.that(row, "number", Against::Sheet, own.object() == ours, format!("{:04X?}", own.object()));
@@ -200,12 +200,12 @@ fn of_row<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, found: &
     let (_, reference) =
         own.entry.description.as_deref().and_then(|it| it.split_once("(parameter ")).unwrap_or_default();
     let reference = reference.split(')').next().unwrap_or_default();
-    // The address has a parameter number that this table does not print.
+    // The address has a parameter number, which this table does not print.
     let silent = row.get("reference").is_empty() && found.content == Content::Address;
     checker.that(row, "reference", Against::Sheet, silent || row.get("reference") == reference, reference);
 }
 
-/// Whether the code has the range or the numbers that are printed; by gear, the widest range.
+/// Whether the code has the printed range or numbers; if they depend on the gear, the widest range.
 fn by_code<D: Dp>(found: &table::Row, printed: &str) -> bool {
     let parts = || printed.split("; ").filter(|part| !part.is_empty());
     let ranges = parts().filter_map(|part| crate::notation::range(part.split(' ').next_back()?));
@@ -214,7 +214,7 @@ fn by_code<D: Dp>(found: &table::Row, printed: &str) -> bool {
         return ours == Some(widest);
     }
     if found.wire.number == ag02::FAULT_BUFFER.number() {
-        // Faults of the CAN controller do not come here.
+        // Faults of the CAN controller do not occur here.
         let here = |fault: &&Fault| !matches!(fault.kind, FaultKind::BusOff | FaultKind::BusPassive);
         let letters = D::MODEL.drive.faults.iter().filter(here).map(Fault::letter);
         let codes = found.parameter.codes.iter().filter(|(number, _)| *number != 0).map(|(number, _)| *number);
@@ -243,7 +243,7 @@ const WORDS: [(&str, &str); 11] = [
     ("motor released", "release motor"),
 ];
 
-/// What the overlay has in the place of a printed range, unit, list of values or note.
+/// The overlay's text for a printed range, unit, list of values or note.
 fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed: &str) -> String {
     let device = &case.sheet.device;
     let named = match &own.entry.meaning {
@@ -262,7 +262,7 @@ fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed
     }
     let limits = case.sheet.number(own.entry.low.as_ref()).zip(case.sheet.number(own.entry.high.as_ref()));
     if !named.is_empty() {
-        // What has no object has its own limits.
+        // A parameter without an object has limits of its own.
         let numbers = || named.iter().map(|value| value.value);
         if own.object().is_none() && limits != numbers().min().zip(numbers().max()) {
             return format!("{limits:?}");
@@ -278,7 +278,7 @@ fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed
         return format!("{low}..{high}");
     }
     match case.sheet.units(&own.entry).first() {
-        // An example: the number, and how it is read.
+        // An example: the number, and how to read it.
         _ if found.content == Content::Version => {
             let number = printed.split('h').next().and_then(hex).unwrap_or_default();
             format!("{number:04X}h {:X}.{:02X}", number >> 8, number & 0xFF)
@@ -286,13 +286,13 @@ fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed
         _ if number == ag03_1::GENERAL_STATUS_REGISTER.number() && general_status::<D>() => {
             "bit 4 supply of the output stage; bit 7 torque deactivation".to_owned()
         }
-        // One decimal digit for four bits.
+        // A decimal digit in each four bits.
         _ if number == ag03_1::DATE_OF_PRODUCTION.number()
             && once::<D, _>((), || Rig::new(D::MODEL).read(number)) == Ok(0x1507_2009) =>
         {
             "DDMMYYYY".to_owned()
         }
-        // What has the unit of positions is printed without.
+        // A parameter in units of position is printed without a unit.
         Some(unit) if !printed.is_empty() => {
             let scale = if unit.den == 1 { String::new() } else { format!("1/{} ", unit.den) };
             format!("{scale}{}", unit.symbol.replace('°', "deg"))
@@ -301,8 +301,8 @@ fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed
     }
 }
 
-/// Whether PNU 1031 shows the supply in bit 4, and in bit 7 that the torque is taken away when the motor takes more
-/// than PNU 1032 allows.
+/// Whether PNU 1031 shows the supply in bit 4, and in bit 7 the loss of torque when the motor takes more than PNU 1032
+/// allows.
 fn general_status<D: Dp>() -> bool {
     once::<D, _>((), || {
         let mut rig = Rig::new(D::MODEL);
@@ -329,7 +329,7 @@ fn by_gear(case: &Case<'_>, ranges: &[ConditionalRange]) -> String {
     ranges.iter().map(of_gear).collect::<Vec<_>>().join("; ")
 }
 
-/// Replies to a task that is carried out, by its function; of a task that reads, both widths.
+/// Compares the replies to a task that is carried out, by its function; for a task that reads, with both widths.
 fn tasks<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let (word, double) = (Value::Word(0), Value::DoubleWord(0));
     let description = Reply::Description(0);
@@ -387,7 +387,7 @@ fn replies(checker: &mut Checker<'_>, _: &Case<'_>) {
     }
 }
 
-/// A word of each error's meaning that no other has.
+/// For each error, a word of its meaning that no other error has.
 const ERRORS: [&str; 20] = [
     "parameter",
     "changed",
@@ -411,7 +411,7 @@ const ERRORS: [&str; 20] = [
     "date",
 ];
 
-/// How the manuals write those words.
+/// The same words in the manuals.
 const PRINTED: [&str; 20] = [
     "no such parameter",
     "value cannot be changed",
@@ -471,7 +471,7 @@ fn after<D: Dp>(orders: &str) -> (u16, i32) {
     })
 }
 
-/// Where a row of a word's table stands: its mode is that of its orders, and its bits are those from and to.
+/// The mode and the bits of a row in a word's table: the mode is that of its orders.
 fn place(checker: &mut Checker<'_>, row: &Row) -> (u32, u32) {
     checker.key(row);
     let mode = if row.get("orders").starts_with("velocity") { "velocity" } else { "positioning" };
@@ -481,7 +481,7 @@ fn place(checker: &mut Checker<'_>, row: &Row) -> (u32, u32) {
     (from.parse().unwrap_or(99), to.parse().unwrap_or(99))
 }
 
-/// Finds bits of a mode that no row is about, and those with more rows than one, or one for each value.
+/// Adds findings for bits of a mode without a row, and for those with several rows that are not one for each value.
 fn require_bits(checker: &mut Checker<'_>, file: &str, seen: &[(&Row, u32)]) {
     checker.require(seen.iter().all(|(_, bit)| *bit < 16), || format!("{file}: a word has bits 0 to 15"));
     for mode in ["positioning", "velocity"] {
@@ -552,7 +552,7 @@ fn status_words<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
     require_count(checker, case, FILE, 55);
 }
 
-/// Figures 13 and 14, each walked as one way through all of its boxes.
+/// Compares figures 13 and 14, each followed as one path through all of its boxes.
 fn flow_charts<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
     const FILE: &str = "flow_charts.csv";
     let all = case.manual.rows(FILE);
@@ -568,7 +568,7 @@ fn flow_charts<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
                 rig.plays(row.get("orders"));
                 let pattern = row.get("status");
                 // The box of an intermediate stop has no status.
-                // Where the way has been lost, nothing is reached any more.
+                // Once the path is lost, no later box is reached.
                 let comes = pattern.is_empty()
                     || !answers.has_disagreement()
                         && (0..10_000).any(|_| {
@@ -631,7 +631,7 @@ fn diagnosis_bits<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
             let named = diagnosis::TEXTS.iter().any(|(bit, _)| *bit == mask);
             checker.that(row, "name", Against::Code, named == (row.get("name") != "reserved"), "the other");
             let always = match [running, alone].map(|diagnosis| diagnosis.bits & mask != 0) {
-                // Bits of the master's are not of the slave; those that can change, are not always so.
+                // Bits that only the master sets are not the slave's; bits that can change are not always set or clear.
                 [false, false] if row.get("always") == "master" && MASTER.contains(&(byte, bit)) => "master",
                 _ if CHANGING.contains(&(byte, bit)) => "",
                 [true, true] => "1",
@@ -689,7 +689,7 @@ fn addresses<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
             Against::Code,
             if address == set { set.to_string() } else { format!("{address}!") },
         );
-        // Below 3 there is the master.
+        // Addresses below 3 are for masters.
         if (3..126).contains(&set) {
             let answer = once::<D, _>(set, || {
                 let (mut bus, drive) = bus::with(D::MODEL, set);

@@ -1,5 +1,4 @@
-//! The simulated drive: what of it differs from drive to drive, how to look at it, and the situations that show what
-//! the manuals say.
+//! The simulated drive: how the drives differ, how to observe them, and the situations that show what the manuals say.
 
 use lexican_driver::{Codes, Direction};
 use lexican_runtime::object::{Address, Object, Rw};
@@ -21,7 +20,7 @@ use crate::script::{Scripted, address, is_in, is_word, write};
 /// The node of the manuals' examples.
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
-/// `load`, as 1011h takes it.
+/// The signature `load`, which 1011h takes.
 pub(super) const LOAD: i64 = 0x6461_6F6C;
 
 /// The identifier of emergencies.
@@ -40,12 +39,12 @@ pub(crate) const fn one((index, sub): (u16, u8), value: i64) -> Write {
     (index, sub, value, 1)
 }
 
-/// A drive of SIKO's: in what its manual differs from those of the others.
+/// A drive of SIKO: how its manual differs from those of the others.
 pub(crate) trait Siko: Sized + 'static {
     const MODEL: &'static Model;
     /// Its emergency codes.
     const CODES: &'static Codes;
-    /// What a drive that has been delivered is set to, so that it moves as the comparisons have it: with 30 rev/min.
+    /// The settings after delivery for the comparisons: it then moves with 30 rev/min.
     const PREPARED: &'static [Write];
     /// The gears, by their values in 2102h.
     const GEARS: &'static [(u8, &'static str)];
@@ -55,14 +54,14 @@ pub(crate) trait Siko: Sized + 'static {
     const FILES: &'static str;
     /// The chapters about parameters and about CANopen.
     const CHAPTERS: [&'static str; 2];
-    /// What the manual calls bits without meaning, and whether its words are not English: those of the overlay are in
-    /// `terms.csv`.
+    /// The manual's word for bits without meaning, and whether the manual is not in English: the overlay's words are
+    /// then in `terms.csv`.
     const RESERVED: &'static str;
     const IS_TRANSLATED: bool;
-    /// Parameters that are called otherwise where their objects are described: number and name.
+    /// Parameters that have another name in the description of their objects: number and name.
     const NAMES: &'static [(u8, &'static str)];
 
-    /// Takes away what bit 10 shows.
+    /// Removes what bit 10 shows.
     fn hinder(inputs: &mut Inputs);
     /// The emergency code of a fault.
     fn code(kind: FaultKind) -> u32 {
@@ -72,7 +71,7 @@ pub(crate) trait Siko: Sized + 'static {
     fn has((index, sub): (u16, u8)) -> bool {
         (Self::MODEL.storage)(NODE).entry(Address::new(index, sub)).is_ok()
     }
-    /// The parameter by which a travel slows down.
+    /// The parameter with the deceleration of a travel.
     fn deceleration() -> (u16, u8) {
         if Self::has(D_POS) { D_POS } else { A_POS }
     }
@@ -169,7 +168,7 @@ impl<D: Siko> Scripted for D {
         match name.split_once(':') {
             None if name == "load" => Some(LOAD),
             None if name == "sensor" => Some(D::code(FaultKind::Sensor).into()),
-            // 1014h with an identifier, and the bit without which some drives send nothing.
+            // Writes 1014h with an identifier, and with the bit without which some drives send nothing.
             Some(("emergency", id)) => {
                 let id = i64::from_str_radix(id, 16).ok()?;
                 let switch = D::MODEL.emergencies.filter(|switch| switch.on_when_set);
@@ -184,7 +183,7 @@ impl<D: Siko> Scripted for D {
     }
 
     fn step(rig: &mut Rig<D>, verb: &str, args: &[&str]) -> Option<bool> {
-        // Situations, then orders, the world, and questions.
+        // First situations, then orders, inputs and questions.
         match (verb, args) {
             ("enabled", []) => *rig = Rig::enabled(),
             ("ready", writes) => {
@@ -247,7 +246,7 @@ impl<D: Siko> Scripted for D {
                 let found = rig.see(|drive, _| drive.controller().faults().to_vec());
                 return Some(found.iter().map(|fault| fault.code.label).eq(letters.iter().copied()));
             }
-            // An LED is lit (#) or dark, every 100 ms from now on.
+            // From now on, an LED is lit (#) or dark every 100 ms.
             ("shines", [led, pattern]) => {
                 let lit = |rig: &mut Rig<D>, wanted: char| {
                     let lights = rig.see(|drive, now| drive.lights(now));
@@ -257,7 +256,7 @@ impl<D: Siko> Scripted for D {
                 return Some(pattern.chars().all(|wanted| lit(rig, wanted)));
             }
             ("network", ["operational"]) => rig.see(|drive, now| drive.set_network(now, Network::Operational)),
-            // An order of another interface: it is taken, or refused for this reason.
+            // An order by another interface is accepted, or refused for this reason.
             ("order", [name, reason @ ..]) => {
                 let order = order(name)?;
                 let refused = rig.see(|drive, now| drive.order(now, order)).err();
@@ -276,7 +275,7 @@ impl<D: Siko> Scripted for D {
             ("least", [ms, range]) => {
                 return Some(is_in(rig.way(ms.parse().ok()?).into_iter().min()?.into(), range));
             }
-            // How far before the target a travel begins to brake: the last moment at which it does not yet.
+            // How far before the target a travel begins to brake: the last position at which it does not yet.
             ("brakes", [target, range]) => {
                 let way = rig.way(20_000);
                 let last = way.windows(2).rev().find(|pair| pair[1] - pair[0] >= 31)?;
@@ -294,7 +293,7 @@ impl<D: Siko> Scripted for D {
                 }
                 return Some(right && is_in(far.into(), range));
             }
-            // A travel under way arrives when it would without this change.
+            // A travel under way arrives at the same time as without this change.
             ("undisturbed", [change]) => {
                 let arrives = |change: Option<&&str>| {
                     let mut rig = moving_to::<D>(5000, 1000);
@@ -304,7 +303,7 @@ impl<D: Siko> Scripted for D {
                 };
                 return Some(arrives(Some(change)) == arrives(None));
             }
-            // In velocity mode, the drive runs and stops as it does without this parameter.
+            // In velocity mode, the drive runs and stops as without this parameter.
             ("runs-alike", [change]) => {
                 let run = |writes: &[&str]| {
                     let mut rig = Rig::<D>::new();
@@ -319,7 +318,7 @@ impl<D: Siko> Scripted for D {
                 };
                 return Some(run(&["6060:00=2", change])? == run(&["6060:00=2"])?);
             }
-            // A PDO is sent on every change of its number.
+            // The PDO is sent at every change of its number.
             ("without-gap", [id]) => {
                 let sent = rig.hear_from(u16::from_str_radix(id, 16).ok()?, 300);
                 let readings = sent.iter().filter_map(|data| data.get(2..6)?.try_into().ok().map(i32::from_le_bytes));
@@ -368,7 +367,7 @@ fn order(name: &str) -> Option<Order> {
     })
 }
 
-/// Changes the world around a drive.
+/// Changes the inputs of a drive.
 fn change<D: Siko>(inputs: &mut Inputs, verb: &str, args: &[&str]) -> Option<()> {
     match (verb, args) {
         ("well", []) => *inputs = Inputs::default(),
@@ -408,7 +407,7 @@ impl<D: Siko> Rig<D> {
         Rig::<D>::with(|now| SimulatedDrive::power_on(now, setup))
     }
 
-    /// Lets the world around the drive change.
+    /// Changes the inputs of the drive.
     pub(super) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
         self.see(|drive, now| drive.set_inputs(now, change));
     }
@@ -422,22 +421,22 @@ impl<D: Siko> Rig<D> {
         self.see(|drive, now| drive.position(now))
     }
 
-    /// In rev/min.
+    /// The velocity in rev/min.
     pub(super) fn velocity(&self) -> i32 {
         self.see(|drive, now| drive.velocity(now))
     }
 
-    /// In increments/s, without rounding.
+    /// The velocity in increments/s, without rounding.
     pub(super) fn speed(&self) -> f64 {
         self.see(|drive, now| drive.shaft(now).velocity)
     }
 
-    /// Where the shaft is, in increments.
+    /// The position of the shaft, in increments.
     pub(super) fn shaft(&self) -> f64 {
         self.see(|drive, now| drive.shaft(now).position)
     }
 
-    /// Whether the shaft lets itself be turned by hand.
+    /// Whether the shaft can be turned by hand.
     pub(super) fn turn(&self, increments: i32) -> bool {
         self.see(|drive, now| drive.turn_shaft(now, increments))
     }
@@ -450,7 +449,7 @@ impl<D: Siko> Rig<D> {
         self.status() & 0x4F == 0x40
     }
 
-    /// 1002h, bit 7.
+    /// Bit 7 of 1002h.
     pub(super) fn is_released(&self) -> bool {
         self.system() >> 7 & 1 == 1
     }
@@ -465,7 +464,7 @@ impl<D: Siko> Rig<D> {
         self.command(0x505, 0x000F, velocity);
     }
 
-    /// Velocities after each of these times, in milliseconds from the start.
+    /// The velocity at each of these times, in ms from the start.
     pub(super) fn velocities(&mut self, times: &[u64]) -> Vec<i32> {
         let mut passed = 0;
         let mut at = |time: &u64| {
@@ -483,7 +482,7 @@ impl<D: Siko> Rig<D> {
         if self.speed() == 0.0 { self.position() - before } else { i32::MAX }
     }
 
-    /// The positions that the drive passes, every 20 ms.
+    /// The positions that the drive passes in `ms` milliseconds, every 20 ms.
     pub(super) fn way(&mut self, ms: u64) -> Vec<i32> {
         let mut look = || {
             self.hear(20);
@@ -492,7 +491,7 @@ impl<D: Siko> Rig<D> {
         (0..ms / 20).map(|_| look()).collect()
     }
 
-    /// When the world has changed.
+    /// The drive after a change of its inputs.
     pub(super) fn after(mut self, change: impl FnOnce(&mut Inputs)) -> Self {
         self.world(change);
         self.hear(0);
@@ -500,7 +499,7 @@ impl<D: Siko> Rig<D> {
     }
 }
 
-/// Enabled, with what `set` has written before.
+/// A drive in OPERATION ENABLED, for which `set` was written before.
 pub(super) fn enabled_with<D: Siko>(set: &[Write]) -> Rig<D> {
     let mut rig = Rig::<D>::new();
     rig.set(set);
@@ -510,7 +509,7 @@ pub(super) fn enabled_with<D: Siko>(set: &[Write]) -> Rig<D> {
     rig
 }
 
-/// On a travel for so long.
+/// A drive that has been travelling for `ms`.
 pub(super) fn moving_to<D: Siko>(target: i32, ms: u64) -> Rig<D> {
     let mut rig = Rig::<D>::enabled();
     rig.travel(target);
@@ -518,7 +517,7 @@ pub(super) fn moving_to<D: Siko>(target: i32, ms: u64) -> Rig<D> {
     rig
 }
 
-/// In velocity mode, running at a velocity.
+/// A drive in velocity mode that has been running at a velocity for `ms`.
 pub(super) fn running_at<D: Siko>(velocity: i32, ms: u64) -> Rig<D> {
     let mut rig = in_velocity_mode::<D>();
     rig.run(velocity);
@@ -526,7 +525,7 @@ pub(super) fn running_at<D: Siko>(velocity: i32, ms: u64) -> Rig<D> {
     rig
 }
 
-/// In velocity mode, in OPERATION ENABLED, standing.
+/// A drive in velocity mode and OPERATION ENABLED, at standstill.
 pub(super) fn in_velocity_mode<D: Siko>() -> Rig<D> {
     let mut rig = Rig::<D>::operational();
     rig.set(&[(0x6060, 0, 2, 1)]);
@@ -534,7 +533,7 @@ pub(super) fn in_velocity_mode<D: Siko>() -> Rig<D> {
     rig
 }
 
-/// Something in the world, in OPERATION ENABLED.
+/// A drive in OPERATION ENABLED with changed inputs.
 pub(super) fn with_inputs<D: Siko>(change: impl FnOnce(&mut Inputs)) -> Rig<D> {
     Rig::<D>::enabled().after(change)
 }
@@ -553,7 +552,7 @@ pub(super) fn overcurrent<D: Siko>() -> Rig<D> {
     rig
 }
 
-/// Beyond a limit: the position is 0, and the limits lie elsewhere.
+/// A drive beyond a limit: its position is 0, and the limits are set to exclude it.
 pub(super) fn beyond<D: Siko>(above: bool, mut rig: Rig<D>) -> Rig<D> {
     let limits = if above { [(1, -1000), (2, -500)] } else { [(2, 1000), (1, 500)] };
     rig.set(&limits.map(|(sub, limit)| (0x607D, sub, limit, 4)));

@@ -1,4 +1,4 @@
-//! The serial port of the AG02 (chapter 6), its parameters (8) and its flow charts (2.2).
+//! The serial port of the AG02 (chapter 6), its parameters (chapter 8), and its flow charts (chapter 2.2).
 
 mod raw;
 
@@ -75,7 +75,7 @@ pub(crate) const EXEMPT: Exempt = Exempt {
 pub(crate) const CHECKS: &[Check] =
     &[commands, addresses, errors, flags, parameters, telegrams, statements, flow_charts];
 
-/// Remembers answers of this drive.
+/// The key under which answers of this drive are remembered.
 enum Port {}
 
 fn commands(checker: &mut Checker<'_>, case: &Case<'_>) {
@@ -119,7 +119,7 @@ fn commands(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// What the table calls a command: its letter, and of `J` the number; what is no letter, in hexadecimal.
+/// The name of a command in the table: its letter; for `J`, with the number; what is no letter, in hexadecimal.
 fn key_of(telegram: &[u8]) -> String {
     match telegram {
         [b'J', number, ..] => format!("J{}", char::from(*number)),
@@ -179,7 +179,7 @@ fn addresses(checker: &mut Checker<'_>, case: &Case<'_>) {
         let answer = once::<Port, _>(&telegram, || Raw::default().text(&telegram));
         checker.that(row, "telegram", Against::Drive, answer.starts_with('?') == reserved, answer);
     }
-    // Every number that the code knows, and those between them.
+    // All numbers that the code knows, and those between them.
     let tens = |letter: &'static str, width| (0..100).map(move |number| format!("{letter}{number:0width$}"));
     let listed = ["A", "E", "F", "J", "L", "T", "X"].into_iter().flat_map(|letter| tens(letter, 1).take(10));
     let settings = (11_000..12_000).map(|number| format!("S{number}"));
@@ -205,7 +205,7 @@ fn errors(checker: &mut Checker<'_>, case: &Case<'_>) {
 
 fn flags(checker: &mut Checker<'_>, _: &Case<'_>) {
     const FILE: &str = "flags.csv";
-    // Bits, and the flag of each value; nothing for bits that are not used.
+    // Each bit, its value, and the flag; no flag for unused bits.
     let known = [
         ("0", "0", 0),
         ("0", "1", Flags::SENSE_E),
@@ -243,7 +243,7 @@ fn parameters(checker: &mut Checker<'_>, case: &Case<'_>) {
         let lasting = [(22, Short::BusAddress.object()), (23, Short::BitRate.object())];
         let object = parameter.map(|parameter| parameter.address);
         let object = object.or_else(|| lasting.iter().find(|(known, _)| *known == number).map(|(_, object)| *object));
-        // Number 24 is two objects, number 25 is none.
+        // Number 24 has two objects, number 25 has none.
         let printed = object.filter(|_| number != 24).map_or(String::new(), |object| object.to_string());
         checker.cell(row, "object", Against::Code, printed);
         let telegrams = telegrams_of(number, object);
@@ -282,7 +282,7 @@ fn in_overlay(
         24 => vec![Long::Setpoint.object(Mode::Positioning), Long::Setpoint.object(Mode::Velocity)],
         _ => object.into_iter().collect(),
     };
-    // What is read as a flag has a letter to write it by; what no object has, its letter only.
+    // A parameter that is read as a flag has a letter to write it; one without an object has only its letter.
     let printed = match number {
         18..=20 => format!("Q/{}", telegrams[0]),
         25 => "T".to_owned(),
@@ -292,7 +292,7 @@ fn in_overlay(
     let found: Vec<_> = rows.iter().map(|row| row.object().map(|(index, sub)| Address::new(index, sub))).collect();
     let expected: Vec<_> = if number == 25 { vec![None] } else { objects.into_iter().map(Some).collect() };
     checker.that(row, "serial", Against::Sheet, found == expected, format!("{printed}: {found:?}"));
-    // The operating mode decides which of two objects is meant.
+    // The operating mode decides which of the two objects is meant.
     let when = |mode: Mode| Condition { index: MODE.index(), sub: 0, equal: true, value: mode.in_object().into() };
     let modes = rows.iter().map(|row| row.when.clone());
     let expected = [Mode::Positioning, Mode::Velocity].map(|mode| (number == 24).then(|| when(mode)));
@@ -308,13 +308,13 @@ fn in_overlay(
     if let ([own], 25) = (rows.as_slice(), number) {
         let limits = [&own.entry.low, &own.entry.high].map(|limit| case.sheet.number(limit.as_ref()));
         checker.that(row, "range", Against::Sheet, limits == [Some(0), Some(1)], format!("{limits:?}"));
-        // Letters that write it, and none that reads it.
+        // Letters write it; none reads it.
         let (access, bits) = (own.entry.access, own.data_type.bits());
         checker.that(row, "serial", Against::Sheet, (access, bits) == (AccessType::Wo, Some(8)), access.name());
     }
 }
 
-/// How a parameter is read and written.
+/// The telegrams that read and write a parameter.
 fn telegrams_of(number: u8, object: Option<Address>) -> [String; 2] {
     let long = Long::ALL.iter().find(|which| Some(which.object(Mode::Positioning)) == object);
     let short = Short::ALL.iter().find(|which| Some(which.object()) == object);
@@ -335,7 +335,7 @@ fn telegrams_of(number: u8, object: Option<Address>) -> [String; 2] {
     }
 }
 
-/// The range of a parameter as the manual prints it: that of the object; of values with names, the names.
+/// The range of a parameter as the manual prints it: the range of the object, or the names of its values.
 fn range(case: &Case<'_>, number: u8, entry: Option<&Entry>) -> String {
     let values = |names: &[&str], count: usize| if names.len() == count { names.join("|") } else { String::new() };
     match (number, entry) {
@@ -343,7 +343,7 @@ fn range(case: &Case<'_>, number: u8, entry: Option<&Entry>) -> String {
         (19, _) => values(&["direkt", "Schleife +", "Schleife -"], PosType::ALL.len()),
         (20, _) => values(&["Positioniermodus", "Drehzahlmodus"], Mode::ALL.len()),
         (23, _) => BIT_RATES.map(kilobit).join("|"),
-        // That the limits bound it, the drive is asked for.
+        // Another comparison asks the drive whether the limits bound it.
         (24, _) => "by the limits".to_owned(),
         (25, _) => values(&["0", "1"], Turning::ALL.iter().filter(|which| which.in_object().is_none()).count()),
         (_, Some(entry)) if entry.ranges.is_empty() => {
@@ -368,9 +368,9 @@ fn with_gear(gear: u8) -> Raw {
     Raw { drive: SerialDrive::new(SimulatedDrive::power_on(Instant::ZERO, setup)), now: Instant::ZERO }
 }
 
-/// Whether the drive takes what lies in a printed range, has it then, and takes nothing beside it.
+/// Whether the drive accepts and keeps the ends of a printed range, and accepts nothing beyond them.
 fn takes(number: u8, [read, write]: &[String; 2], printed: &str) -> bool {
-    // Limits are free of each other in one direction only, and calibration values and setpoints lie within them.
+    // Limits restrict each other in one direction only; calibration values and setpoints are within them.
     let prepared = match number {
         14 => "F1+9999999;F2-9999999",
         15 => "F2-9999999",
@@ -390,7 +390,7 @@ fn takes(number: u8, [read, write]: &[String; 2], printed: &str) -> bool {
         }
     };
     let ranges: Vec<&str> = printed.split('|').collect();
-    // Of values with names, as many as there are: 0, 1 and so on.
+    // Accepts as many values as there are names, numbered from `first`.
     let named = |letter: &str, first: usize| {
         let takes = |value: usize| Raw::default().text(&format!("{letter}{value}")) == ">";
         (first..first + ranges.len()).all(takes) && !takes(first + ranges.len())
@@ -403,7 +403,7 @@ fn takes(number: u8, [read, write]: &[String; 2], printed: &str) -> bool {
         23 => answer(1, ranges.len() as i64 - 1) == ">" && answer(1, ranges.len() as i64) == "?02",
         24 => {
             let positions = [(-200, ">"), (100, ">"), (-201, "?09"), (101, "?09")];
-            // In velocity mode the gear bounds it, and the limits have no meaning.
+            // In velocity mode, the gear restricts the setpoint, and the limits do not apply.
             let velocity = |value: i64| with_gear(1).text(&format!("{prepared};X1;F0{value:+08}"));
             positions.iter().all(|(value, said)| answer(1, *value) == *said)
                 && [(-100, ">"), (100, ">"), (-101, "?02"), (101, "?02")]
@@ -414,7 +414,7 @@ fn takes(number: u8, [read, write]: &[String; 2], printed: &str) -> bool {
         _ => (1..).zip(&ranges).all(|(gear, range)| {
             let Some((low, high)) = crate::notation::range(range) else { return false };
             let (low, high) = (low as i64, high as i64);
-            // What a telegram has no room for is a matter of the codec.
+            // Values too long for a telegram are left to the tests of the codec.
             let longest = if write.starts_with('F') { i64::from(Command::LONG) } else { i64::from(Command::SHORT) };
             let fit = |value: &i64| value.abs() <= longest && (write.starts_with('F') || *value >= 0);
             [low, high].iter().all(|value| answer(gear, *value) == ">")
@@ -590,7 +590,7 @@ const STATEMENTS: &[Statement] = &[
     }),
 ];
 
-/// Figures 4 and 6, each walked as one way through all of its boxes.
+/// Figures 4 and 6, each followed as one path through all of its boxes.
 fn flow_charts(checker: &mut Checker<'_>, case: &Case<'_>) {
     const FILE: &str = "flow_charts.csv";
     let all = case.manual.rows(FILE);
@@ -603,7 +603,7 @@ fn flow_charts(checker: &mut Checker<'_>, case: &Case<'_>) {
         once::<Port, _>((figure, key), || {
             let (mut drive, mut answers) = (Raw::default(), Answers::default());
             for row in rows {
-                // Where the way has been lost, nothing is reached any more.
+                // Once the path is lost, no later box is reached.
                 let reached = !answers.has_disagreement() && take_box(&mut drive, row);
                 answers.that(row, "status", reached, in_groups(drive.status()));
             }

@@ -11,7 +11,7 @@ use crate::script::Script;
 /// What the manuals say in words.
 pub(super) static SCRIPT: LazyLock<Script> = LazyLock::new(|| Script::parse(include_str!("../../scripts/siko.txt")));
 
-/// What they leave open, and the simulated drives do.
+/// What the simulated drives do where the manuals leave it open.
 pub(crate) static LEFT_OPEN: LazyLock<Script> =
     LazyLock::new(|| Script::parse(include_str!("../../scripts/siko_beyond.txt")));
 

@@ -11,7 +11,7 @@ use crate::manual::Row;
 use crate::notation::yes;
 use crate::rig::once;
 
-/// The columns `motor` and `travel_commands` of `states.csv`.
+/// Compares the columns `motor` and `travel_commands` of `states.csv`.
 pub(crate) fn beyond<D: Siko>(checker: &mut Checker<'_>, row: &Row, state: State, rig: Option<Rig<D>>) {
     // The German manual says "released" where the English one says "enabled".
     if state == State::QuickStopActive {
@@ -20,7 +20,7 @@ pub(crate) fn beyond<D: Siko>(checker: &mut Checker<'_>, row: &Row, state: State
         checker.cell(row, "motor", Against::Code, if has_torque(state) { "in control" } else { "released" });
     }
     let Some(mut rig) = rig else {
-        // It passes within the boot-up; no command is taken there.
+        // The drive passes this state while it boots, when it accepts no command.
         let none = TRANSITIONS.0.iter().all(|change| change.from != state || change.cause == Cause::Internal);
         return checker.cell(row, "travel_commands", Against::Code, yes(!none));
     };

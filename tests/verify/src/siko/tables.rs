@@ -1,4 +1,4 @@
-//! The tables of a SIKO manual, and what of them cannot be compared.
+//! The tables of a SIKO manual, and the parts of them that cannot be compared.
 
 use super::bits::BATTERY_LIFE;
 use crate::exempt::Exempt;
@@ -65,7 +65,7 @@ pub(crate) const DOCUMENT: &str = "the version of a document, which no object ha
 pub(crate) const PROFILE: &str = "the version of a document; its number is that of 1000h, which is compared";
 pub(crate) const BATTERY: (&str, &str) = (BATTERY_LIFE, "how long a battery lasts, no drive can be asked for");
 
-/// Tables whose rows name their places in columns that are no keys.
+/// Tables whose rows say where they are in the manual, in columns that are no keys.
 const STANDS: &[&str] = &[
     "baud_rates.csv",
     "bus_termination.csv",

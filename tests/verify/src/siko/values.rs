@@ -25,7 +25,7 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// Where types are named that `values.csv` and `formats.csv` do not name.
+/// The tables for types that neither `values.csv` nor `formats.csv` names.
 const PLACES: &[(&str, Place)] = &[
     ("Statusword", Place::Bits("statusword.csv")),
     ("SystemStatus", Place::Bits("system_status.csv")),
@@ -36,7 +36,7 @@ const PLACES: &[(&str, Place)] = &[
     ("RestoreSignature", Place::Cell("values.csv", "1011:01:load", "value")),
 ];
 
-/// What the driver calls a fault.
+/// Compares the driver's names of faults.
 fn faults<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for fault in D::MODEL.faults {
         let letter = fault.letter().to_string();
@@ -47,14 +47,14 @@ fn faults<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// The bit rates that CiA 306 has keys for, in kbit/s.
+/// The bit rates for which CiA 306 has keys, in kbit/s.
 const BIT_RATE_KEYS: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 
-/// The file's names and the bit rates of `[DeviceInfo]`.
+/// Compares the file's names and the bit rates of `[DeviceInfo]`.
 pub(super) fn file<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let names = case.sheet.overlay.lines().find(|line| line.starts_with("names = ")).unwrap_or_default();
     checker.require(names == D::FILES, || format!("the overlay answers to {names:?}"));
-    // The bit rates that have a key, of those that the drive can be set to.
+    // Of the bit rates that the drive can be set to, those with a key.
     let keys = |rate: &u16| BIT_RATE_KEYS.contains(rate);
     let rates: Vec<u16> = BIT_RATES.iter().map(|rate| (rate / 1000) as u16).filter(keys).collect();
     let listed = &case.sheet.device.info.bit_rates_kbit;
@@ -65,7 +65,7 @@ pub(super) fn file<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     });
     let written = if device.sdo_writes_four_bytes { [false, true] } else { [true, false] };
     checker.require(four == written, || format!("6060h is written {four:?} by one and four bytes"));
-    // Of a version such as 1.00, the second character is a dot.
+    // The second character of a version such as 1.00 is a dot.
     let version = once::<D, _>((), || Rig::<D>::new().read(0x100A, 0).map(u32::to_be_bytes));
     let high = device.entry(0x100A, 0).is_some_and(|entry| entry.first_character_high);
     let dot = version.is_ok_and(|bytes| bytes[if high { 1 } else { 2 }] == b'.');
@@ -117,7 +117,7 @@ fn gears<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
     }
 }
 
-/// A value that a data description, or chapter 6, names.
+/// Compares a value that a data description, or chapter 6, names.
 fn values<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     let Some((index, sub)) = address_in(row) else { return };
     let Some(entry) = case.sheet.device.entry(index, sub) else { return };
@@ -137,7 +137,7 @@ fn values<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     checker.key(row);
 }
 
-/// Whether positions are increments when an entry has a value, and otherwise are not.
+/// Whether positions are in increments exactly while an entry has a value.
 fn units_depend(sheet: &Sheet, (index, sub): (u16, u8), value: &str) -> bool {
     sheet.device.quantities.values().filter(|quantity| quantity.units.len() > 1).all(|quantity| {
         quantity.units.iter().all(|unit| {

@@ -1,4 +1,4 @@
-//! What the simulated AKD does: by its script, and by comparing states, errors and refusals.
+//! The behaviour of the simulated AKD, asked by its script, and by comparing states, errors and refusals.
 
 use std::sync::LazyLock;
 
@@ -18,7 +18,7 @@ const STATUS: u16 = 0x6041;
 
 pub(super) static SCRIPT: LazyLock<Script> = LazyLock::new(|| Script::parse(include_str!("../../../scripts/akd.txt")));
 
-/// What the manual leaves open, and the simulated drive does.
+/// What the simulated drive does where the manual leaves it open.
 pub(super) static LEFT_OPEN: LazyLock<Script> =
     LazyLock::new(|| Script::parse(include_str!("../../../scripts/akd_beyond.txt")));
 
@@ -26,7 +26,7 @@ fn clauses(key: &str) -> Option<Clauses> {
     SCRIPT.clauses::<Simulated>(key)
 }
 
-/// Whether a bit is set when, and only when, what it shows is so.
+/// Whether a bit is set exactly while what it shows is true.
 pub(super) fn shown(index: u16, of: u8) -> Option<bool> {
     let states = [State::SwitchOnDisabled, State::SwitchedOn, State::QuickStopActive, State::Fault];
     let in_states = |holds: fn(State) -> bool| {
@@ -52,7 +52,7 @@ pub(super) fn shown(index: u16, of: u8) -> Option<bool> {
     }
 }
 
-/// Whether it homes by a method.
+/// Whether the drive homes by a method.
 pub(super) fn homes(method: i8) -> bool {
     SCRIPT.holds::<Simulated>(&format!("homed {method}"))
 }
@@ -73,7 +73,7 @@ pub(super) fn mode_bit(object: u16, of: u8, mode: Mode) -> &'static str {
     if let Some(clauses) = clauses(&format!("{object:04X} bit {of} in mode {code}")) {
         return clauses.into_iter().find_map(|(meaning, holds)| holds.then_some(meaning)).unwrap_or_default();
     }
-    // It runs in the same way, and shows the same.
+    // A reserved bit has no effect: the drive runs in the same way, and shows the same.
     let with = |word: u16| {
         let mut rig = Rig::enabled_in(mode);
         let _ = [rig.put(0x60FF, 0, 1000), rig.put(0x6071, 0, 100), rig.put(0x607A, 0, 500)];

@@ -1,5 +1,5 @@
-//! The examples of chapters 6.3 and 7.2. The driver sends what the manager of the examples does, by the operations that do the
-//! same; and the simulated drive, asked by the printed frames, answers as the drive of the examples does.
+//! The examples of chapters 6.3 and 7.2. The driver sends what the manager of the examples sends, by operations with
+//! the same effect. The simulated drive is sent the printed frames, and answers as the drive of the examples does.
 
 use std::sync::{Arc, LazyLock, Mutex};
 
@@ -20,7 +20,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::kinds::frames::Example as Chapter;
 
-/// The chapters, and whether the driver does things in their order. Where it does not, that does not matter to the drive.
+/// The chapters, and whether the driver keeps their order. Where it does not, the order does not matter to the drive.
 pub(super) const CHAPTERS: &[Chapter] = &[
     ("6.3", true, a_pdo_is_mapped),
     ("7.2.1.2", true, the_drive_is_switched_on),
@@ -43,7 +43,7 @@ const SYNC: TransmissionType = TransmissionType::SynchronousCyclic(1);
 /// The AKD with its PDOs for the application.
 static BY_SDO: LazyLock<&Description> = LazyLock::new(|| &AKD_BY_SDO);
 
-/// An AKD whose control word and status word go by RPDO1 and TPDO1 alone, as in chapters 7.2.1.8 and 7.2.2.1.
+/// An AKD that has control word and status word only in RPDO1 and TPDO1, as in chapters 7.2.1.8 and 7.2.2.1.
 static BY_FIRST_PDOS: LazyLock<&Description> = LazyLock::new(|| {
     let akd: &Description = &AKD;
     Box::leak(Box::new(Description {
@@ -53,7 +53,7 @@ static BY_FIRST_PDOS: LazyLock<&Description> = LazyLock::new(|| {
     }))
 });
 
-/// Where the switches of the examples are.
+/// The positions of the switches in the examples.
 const MACHINE: Machine = Machine {
     negative_limit: Some(-100_000.0),
     positive_limit: Some(1_000_000.0),
@@ -61,14 +61,14 @@ const MACHINE: Machine = Machine {
     index: Some((500.0, 1000.0)),
 };
 
-/// The simulated drive, with dummies (E88) and with the text of 7.2.1.9 in its ASCII channel, which the simulated one does not
-/// have: so the driver goes on to what is compared, which is what it sends.
+/// The simulated drive, with dummies (E88) and with the text of 7.2.1.9 in its ASCII channel, which is not simulated:
+/// so the driver goes on, and its frames can be compared.
 struct ExampleDrive {
     servo: SimulatedServo,
     answer: &'static [u8],
 }
 
-/// Made when it is asked for, since a mutated `MODEL` is.
+/// Made on demand, because a mutated `MODEL` is made on demand, too.
 static WITH_DUMMIES: LazyLock<ServoModel> = LazyLock::new(|| {
     let model: &ServoModel = &MODEL;
     ServoModel { behaviour: Behaviour { dummies: 0xFE, ..model.behaviour }, ..*model }
@@ -108,12 +108,12 @@ impl Node for ExampleDrive {
     }
 }
 
-/// The simulated drives with node-IDs 1 to 3, as a chapter finds them: what it says was set up before.
+/// The simulated drives with node-IDs 1 to 3 at the start of a chapter, with the setup that the chapter presumes.
 pub(super) struct Drives {
     bus: VirtualBus,
     link: VirtualLink,
     drives: Vec<Arc<Mutex<SimulatedServo>>>,
-    /// The one that has faults.
+    /// The drive that has faults.
     faulty: usize,
 }
 
@@ -124,7 +124,8 @@ impl Drives {
         let drive = |node| {
             let mut drive = SimulatedServo::new(bus.now(), &MODEL, NodeId::literal(node));
             drive.set_inputs(bus.now(), |inputs| inputs.machine = MACHINE);
-            // "The basic setup must be done with the help of the setup software before": its method is not among the frames.
+            // The chapter says that the basic setup was made by the setup software, so its frames do not choose the
+            // method.
             if chapter == "7.2.1.7" {
                 drive.write(bus.now(), od::HOMING_METHOD.address(), &[12]).unwrap();
             }
@@ -164,7 +165,7 @@ impl Asked for Drives {
                 set(self.faulty, &|inputs| inputs.faults = code.into());
             }
             "no fault" if holds => {
-                // What moved has come to rest.
+                // Wait until all motion has ended.
                 self.bus.advance(Duration::from_secs(60));
                 let now = self.bus.now();
                 set(self.faulty, &|inputs| inputs.faults = Causes::NONE);
@@ -180,7 +181,7 @@ impl Asked for Drives {
     }
 }
 
-/// All that goes over the bus while a program drives the node.
+/// All frames on the bus while a program drives the node.
 fn record(
     node: u8,
     description: &'static Description,
@@ -203,7 +204,7 @@ fn record(
     frames.clone()
 }
 
-/// A PDO with its predefined COB-ID.
+/// The settings of a PDO with its predefined COB-ID.
 fn pdo<D: PdoDirection, V: Values, N>(
     node: u8,
     number: u16,
@@ -218,7 +219,7 @@ fn cob_id<D: PdoDirection>(node: u8, number: u16) -> CobId {
     CobId::of_node(first + 0x100 * number, NodeId::literal(node))
 }
 
-/// A PDO that is switched off.
+/// The settings of a PDO that is switched off.
 fn off<D: PdoDirection>(node: u8, number: u16) -> PdoSettings<'static> {
     PdoSettings {
         direction: D::DIRECTION,
@@ -231,7 +232,7 @@ fn off<D: PdoDirection>(node: u8, number: u16) -> PdoSettings<'static> {
     }
 }
 
-/// 6.3.
+/// Chapter 6.3.
 fn a_pdo_is_mapped() -> Vec<Frame> {
     const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus), od::Device> =
         Mapping::transmit().with(od::STATUSWORD).with(od::MANUFACTURER_STATUS_REGISTER);
@@ -400,7 +401,7 @@ fn it_is_made_ready_for_interpolation() -> Vec<Frame> {
     [axis(1), axis(2)].concat()
 }
 
-/// 7.2.1.8 once more, by SDO: TPDO1 with what it carries anyway, and the way to homing.
+/// Chapter 7.2.1.8 by SDO: the default mapping of TPDO1, and the way to homing.
 fn it_homes_by_sdo() -> Vec<Frame> {
     const STATUS: Mapping<Tpdo, (od::Statusword,), od::Device> = Mapping::transmit().with(od::STATUSWORD);
     record(3, &BY_SDO, |drive| {
@@ -425,7 +426,7 @@ fn data(base: u16, node: u8, values: &[&[u8]]) -> Frame {
     Frame::new(CobId::of_node(base, NodeId::literal(node)), &values.concat()).unwrap()
 }
 
-/// A request with something in a byte that is not used.
+/// A request with a value in an unused byte.
 fn padded(frame: Frame) -> Frame {
     let mut data = [0; 8];
     data.copy_from_slice(frame.data());
@@ -433,7 +434,7 @@ fn padded(frame: Frame) -> Frame {
     Frame::from_array(frame.id(), data)
 }
 
-/// What the driver does not send, and what the example should have: made of typed values.
+/// Frames that the driver does not send, or that the example should have, made of typed values.
 pub(super) fn made() -> Vec<(&'static str, Frame)> {
     let sync = Frame::from_array(CobId::SYNC, []);
     let read_status = request(3, ClientRequest::InitiateUpload { address: od::STATUSWORD.address() });

@@ -1,4 +1,4 @@
-//! The simulated AKD, as the comparisons of any servo look at it.
+//! The simulated AKD, for the comparisons of any servo.
 
 use kollmorgen_akd::fault;
 use kollmorgen_akd::sim::MODEL;
@@ -8,7 +8,7 @@ use simulator::servo::ServoModel;
 use crate::rig::Rig;
 use crate::servo::{OfModel, Servo};
 
-/// The speed of homing.
+/// The velocity of homing.
 pub(super) const SPEED: &str = "equivalent 60 rpm";
 
 /// The drive.

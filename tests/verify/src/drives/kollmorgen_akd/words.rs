@@ -1,4 +1,4 @@
-//! Words of the AKD's manual, and what of it is not compared.
+//! The words of the AKD's manual, and the parts of it that are not compared.
 
 use kollmorgen_akd::driver::{AKD, Trigger};
 use lexican_eds::model::{Entry, Meaning, Value};
@@ -23,7 +23,7 @@ pub(super) const COLUMNS: &[(&str, &[&str], &str)] = &[
     ("use", &["frames.csv"], "ours; errata.csv has every frame that is not golden"),
 ];
 
-/// All tables have the chapter of each row.
+/// The tables that have the chapter of each row: all of them.
 const PLACES: &[&str] = &[
     "baud_rates.csv",
     "commands.csv",
@@ -58,7 +58,7 @@ const SETTING: &str = "the other half of a setting that the simulated drive does
 pub(super) const CLAUSES: &[(&str, &str)] =
     &[(SPEED, "how many units that is, is a setting of the drive; the simulated one has 1000")];
 
-/// Codes that the simulated drive has no cause for.
+/// Codes for which the simulated drive has no cause.
 pub(super) const NEVER_SENT: &[(&str, AbortCode)] = &[
     ("SDO timeout", AbortCode::TIMED_OUT),
     ("SDO segmented: invalid blocksize", AbortCode::INVALID_BLOCK_SIZE),
@@ -68,7 +68,7 @@ pub(super) const NEVER_SENT: &[(&str, AbortCode)] = &[
     ("SDO hardware fault", AbortCode::HARDWARE_ERROR),
 ];
 
-/// Bits of numbers, and of latches by what the driver has.
+/// The meaning of bits: of numbers, and of latches by the driver's tables.
 pub(super) fn part(case: &Case<'_>, row: &Row, entry: &Entry, (low, high): (u8, u8)) -> Option<(String, Against)> {
     let value = row.get("value");
     let is_number = !matches!(entry.meaning, Meaning::BitField(_));
@@ -98,7 +98,7 @@ pub(super) fn part(case: &Case<'_>, row: &Row, entry: &Entry, (low, high): (u8, 
             (2, 31, "0") => "reserved",
             (1, 1, "0") => "not saved autonomously",
             (1, 1, "1") => "saved autonomously",
-            // Of its two values, the drive has the second: reading gives 1, and saving works (E48).
+            // The drive has the second of these two values: reading gives 1, and saving works (E48).
             (0, 0, "0" | "1") => "not saved on command",
             _ => "",
         },
@@ -128,7 +128,7 @@ fn cob_id(receives: bool, bits: (u8, u8), value: &str) -> &'static str {
     }
 }
 
-/// What a bit or value of a latch register means, by the driver's rows.
+/// The meaning of a bit or value of a latch register, by the driver's rows.
 fn latch(index: u16, low: u8, value: &str) -> Option<String> {
     let rows = AKD.latches.map_or(&[][..], |latches| latches.rows);
     let of_byte = low >= 8;

@@ -4,7 +4,7 @@ use lexican_runtime::host::Node;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use siko_serial::sim::SerialDrive;
 
-/// A drive, and the time.
+/// A drive with its time.
 #[derive(Default)]
 pub(crate) struct Raw {
     pub(crate) drive: SerialDrive,
@@ -12,7 +12,7 @@ pub(crate) struct Raw {
 }
 
 impl Raw {
-    /// Sends telegrams that `;` separates, or lets happen what is named so; returns the last answer.
+    /// Sends telegrams separated by `;`, or causes an event that has such a name. Returns the last answer.
     pub(crate) fn send(&mut self, telegrams: &str) -> Vec<u8> {
         let mut last = Vec::new();
         for telegram in telegrams.split(';').filter(|telegram| !telegram.is_empty()) {
@@ -64,7 +64,7 @@ impl Raw {
     }
 }
 
-/// A telegram that begins with what a table lists, with values where they are missing.
+/// A telegram that begins as a table lists it, with values added where they are missing.
 pub(crate) fn whole(listed: &str) -> String {
     let rest = match (listed.as_bytes().first(), listed.len()) {
         (Some(b'A' | b'E' | b'L' | b'T' | b'X'), 1) => "0",
