@@ -1,4 +1,4 @@
-//! Generates the dictionaries of the device that the interoperability runs play, and of those that the conformance test tests.
+//! Generates the dictionaries of the devices for the interoperability runs and for the conformance test.
 
 fn main() -> Result<(), lexican_codegen::Error> {
     lexican_codegen::Config::new()

@@ -1,4 +1,4 @@
-//! No frames on the bus stop what takes part in it.
+//! No frames on the bus stop a participant.
 
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Access, DataType};
@@ -9,7 +9,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use super::common::Rig;
 use super::sdo_support::{Bus, Growing, Od, at, pattern};
 
-/// Reads choices off the input; at its end, zeros.
+/// Takes choices from the input; zeros after its end.
 struct Choices<'d>(&'d [u8]);
 
 impl Choices<'_> {
@@ -26,7 +26,7 @@ impl Choices<'_> {
         byte
     }
 
-    /// One of `known` or, seldom, any other identifier.
+    /// One of `known` or, rarely, any other identifier.
     fn frame(&mut self, known: &[u16]) -> Option<Frame> {
         let kind = self.byte();
         let id = match kind {
@@ -41,14 +41,13 @@ impl Choices<'_> {
         }
     }
 
-    /// Up to 65 ms.
+    /// A pause of up to 65 ms.
     fn pause(&mut self) -> Duration {
         Duration::from_micros(u16::from_le_bytes(self.bytes()).into())
     }
 }
 
-/// A device with everything that a device can have: it never sends a burst without end, and boots and answers
-/// afterwards.
+/// A device with all services: it never sends a burst without end, and it boots and answers afterwards.
 pub fn device(data: &[u8]) {
     let known = [0x000, 0x080, 0x100, 0x185, 0x205, 0x385, 0x405, 0x605, 0x705, 0x710];
     let mut choices = Choices(data);
@@ -74,11 +73,10 @@ pub fn device(data: &[u8]) {
     assert_eq!(rig.read(0x1000, 0), Ok(0x192));
 }
 
-/// A manager whose peer answers every request with what the input has, the last of it over and over: each
-/// transfer ends.
+/// A manager whose peer answers every request from the input, and repeats the last answer for ever: each transfer ends.
 pub fn manager(data: &[u8]) {
     const NODE: NodeId = NodeId::literal(5);
-    /// More than any transfer of eight bytes takes, with all that may be repeated.
+    /// More frames than a transfer of eight bytes can take, with all repetitions.
     const MOST: usize = 20_000;
     let known = [0x000, 0x080, 0x085, 0x100, 0x185, 0x385, 0x585, 0x585, 0x585, 0x585, 0x705, 0x706];
     let mut now = Instant::ZERO;
@@ -100,7 +98,7 @@ pub fn manager(data: &[u8]) {
         begun.expect("the transfer before has ended");
         let mut answers = 0;
         while manager.sdo(NODE).is_ok_and(|client| client.is_busy()) {
-            // Every request of the client has one answer, and every other frame none.
+            // Every request of the client gets one answer, and every other frame gets none.
             let mut is_asked = false;
             while let Some(frame) = manager.poll_transmit(now, &mut value) {
                 is_asked |= frame.id().raw() == 0x605;
@@ -131,8 +129,8 @@ pub fn manager(data: &[u8]) {
     assert_eq!(event, Some(Event::Sdo { node: NODE, event: done }));
 }
 
-/// Client and server on a bus that loses, repeats, delays and alters frames: what is not altered arrives or fails,
-/// and the next transfer works.
+/// Client and server on a bus that loses, repeats, delays and alters frames: data that were not altered arrive or the
+/// transfer fails, and the next transfer works.
 pub fn sdo(data: &[u8]) {
     let domain = at(0x2003, 0);
     let mut choices = Choices(data);

@@ -1,5 +1,5 @@
-//! What is fuzzed: plain functions of bytes that panic when a promise is broken. libFuzzer calls them from
-//! `fuzz/targets`, and the tests of the workspace with what lies in `fuzz/corpus`.
+//! Fuzz targets: plain functions of bytes that panic when a promise is broken. libFuzzer calls them from
+//! `fuzz/targets`, and the tests of the workspace call them with the files in `fuzz/corpus`.
 
 #[path = "../../runtime/tests/all/common.rs"]
 mod common;

@@ -6,7 +6,7 @@ use siko_serial::client::{Client, Event, PROBES, Settings};
 use siko_serial::command::Command;
 use siko_serial::sim::SerialDrive;
 
-/// What comes over the serial port, to both of its sides.
+/// Bytes on the serial port, for both of its sides.
 pub fn siko_serial(data: &[u8]) {
     let (mut drive, mut client, mut now) = (SerialDrive::default(), Client::new(Settings::default()), Instant::ZERO);
     for part in data.chunks(12) {
@@ -31,7 +31,7 @@ pub fn siko_serial(data: &[u8]) {
     panic!("the next command has no end");
 }
 
-/// What is read is written so that it reads the same.
+/// What was parsed is written so that it parses to the same value.
 fn round_trips(bytes: &[u8]) {
     if let Ok(command) = Command::parse(bytes) {
         let again = command.encode().expect("what was read fits");
@@ -45,7 +45,7 @@ fn round_trips(bytes: &[u8]) {
     }
 }
 
-/// Lets pass what both sides have to send.
+/// Exchanges what both sides have to send.
 fn turn(drive: &mut SerialDrive, client: &mut Client, now: Instant) -> Option<Event> {
     let mut event = client.handle_timeout(now);
     drive.handle_timeout(now);

@@ -1,4 +1,4 @@
-//! No bytes on a PROFIBUS line stop a drive behind its slave: afterwards a master has it answer, move and stop.
+//! No bytes on a PROFIBUS line stop a drive behind its slave: afterwards a master gets answers, moves it and stops it.
 
 use lexican_profibus::dp::{Parameters, sap};
 use lexican_profibus::fdl::{Data, Decoded, FrameCount, Function, Service, Status, Telegram, decode};
@@ -10,7 +10,7 @@ use siko_profibus::{AG03_1, PPO, ProfibusDrive};
 const ADDRESS: u8 = 7;
 const RATE: BitRate = BitRate(500_000);
 
-/// What comes over the line, in pieces with pauses between them: a byte says how long either is.
+/// Bytes on the line, in pieces with pauses between them; a byte gives the length of each piece and pause.
 pub fn profibus(data: &[u8]) {
     let mut slave = Slave::new(ADDRESS, AG03_1.identity, RATE, ProfibusDrive::new(Instant::ZERO, &AG03_1, ADDRESS));
     let (mut now, mut rest) = (Instant::ZERO, data);
@@ -62,7 +62,7 @@ struct Requests {
 }
 
 impl Requests {
-    /// The data of the answer; none is an acknowledgement.
+    /// Returns the data of the answer; empty for an acknowledgement.
     fn request(&mut self, to_sap: Option<u8>, payload: &[u8]) -> Option<Vec<u8>> {
         self.now += Duration::from_millis(1);
         let function = Function::Request { service: Service::SrdHigh, count: FrameCount { bit: true, valid: false } };
@@ -83,7 +83,7 @@ impl Requests {
     }
 }
 
-/// What is read is written so that it reads the same, and no reply stops the master's side.
+/// What was parsed is written so that it parses to the same value, and no reply stops the master's side.
 fn codecs(bytes: &[u8]) {
     if let Decoded::Complete(telegram, _) = decode(bytes) {
         let wire = telegram.encode().expect("it has come in a telegram");

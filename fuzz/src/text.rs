@@ -1,4 +1,4 @@
-//! No file and no text makes a reader panic, and what it has read it writes so that it reads the same.
+//! No file and no text makes a reader panic, and what a reader has read is written so that it reads the same.
 
 use std::collections::BTreeSet;
 use std::fmt::{Debug, Display};
@@ -18,10 +18,10 @@ use siko_ag03_1::od;
 use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{MODEL, NonVolatile};
 
-/// Between a data sheet and its overlay.
+/// Separates a data sheet from its overlay.
 const OVERLAY: &[u8] = b"\n=== overlay ===\n";
 
-/// A data sheet, and what follows [`OVERLAY`].
+/// A data sheet, and the overlay after [`OVERLAY`].
 fn input(data: &[u8]) -> Input {
     let split = data.windows(OVERLAY.len()).position(|window| window == OVERLAY);
     let Some(at) = split else { return Input::new(Source::from_bytes("x.eds", data)) };
@@ -29,12 +29,12 @@ fn input(data: &[u8]) -> Input {
     Input::new(Source::from_bytes("x.eds", &data[..at])).overlay(Source::new("x.toml", overlay))
 }
 
-/// Everything that is done with a data sheet.
+/// All operations on a data sheet.
 pub fn eds(data: &[u8]) {
     super::exercise::exercise(&input(data));
 }
 
-/// What was read of a data sheet in XML is written as XML that reads the same.
+/// A data sheet that was read is written as XML that reads the same.
 pub fn xdd(data: &[u8]) {
     let input = input(data);
     super::exercise::exercise(&input);
@@ -43,7 +43,7 @@ pub fn xdd(data: &[u8]) {
     assert_eq!(lexican_eds::xdd::xdc(&again), text, "written again it is another text");
 }
 
-/// What is generated is Rust.
+/// Generated code is valid Rust.
 pub fn codegen(data: &[u8]) {
     let (device, _) = load(&input(data));
     let whole = Options { storage: true, names: true, driver: true, ..Options::default() };
@@ -55,7 +55,7 @@ pub fn codegen(data: &[u8]) {
     }
 }
 
-/// What a text reads as prints as a text that reads as the same.
+/// A value that was parsed prints as a text that parses to the same value.
 #[track_caller]
 fn round_trip<T: FromStr + Display + PartialEq + Debug>(text: &str) {
     let Ok(read) = text.parse::<T>() else { return };
@@ -68,7 +68,7 @@ pub fn log(data: &[u8]) {
     String::from_utf8_lossy(data).lines().for_each(round_trip::<Line>);
 }
 
-/// Logs of a format that the first byte names, or of the one that the rest is recognised as; what was read is written in
+/// Logs of a format that the first byte names, or that is recognised from the rest. A log that was read is written in
 /// another format, and reads the same.
 pub fn logs(data: &[u8]) {
     let (first, rest) = data.split_first().unwrap_or((&0, data));
@@ -88,7 +88,7 @@ pub fn bus_url(data: &[u8]) {
     String::from_utf8_lossy(data).lines().for_each(round_trip::<BusUrl>);
 }
 
-/// What comes over a serial line.
+/// Bytes on a serial line.
 pub fn slcan(data: &[u8]) {
     let mut decoder = Decoder::default();
     for message in data.iter().filter_map(|byte| decoder.take(*byte)) {
@@ -107,7 +107,7 @@ pub fn script(data: &[u8]) {
     }
 }
 
-/// The backup of a machine: what was read is written again, and reads the same.
+/// The backup of a machine: if it can be read, it is written, and reads the same.
 pub fn archive(data: &[u8]) {
     let Ok(read) = Archive::read(data) else { return };
     let names: BTreeSet<_> = read.nodes.iter().map(|node| &node.name).collect();
@@ -118,7 +118,7 @@ pub fn archive(data: &[u8]) {
     }
 }
 
-/// What a drive keeps without power, as a file: any text, and the text of any values.
+/// The file of the values that a drive keeps without power: any text, and the text of any values.
 pub fn parameters(data: &[u8]) {
     let read = |text: &str| NonVolatile::from_text(&MODEL, text);
     if let Ok(kept) = read(&String::from_utf8_lossy(data)) {
@@ -135,12 +135,12 @@ pub fn parameters(data: &[u8]) {
     }
     let text = kept.to_text(&MODEL);
     assert_eq!(read(&text).ok(), Some(kept));
-    // No part of it is taken for the whole.
+    // No part of the text is taken for the whole.
     let cut = data.len() % text.trim_end().len();
     assert!(read(&text[..cut]).is_err());
 }
 
-/// A `bus.yml`: read, and the machine that is made of it.
+/// A `bus.yml`: read, and made into a machine.
 pub fn bus_yml(data: &[u8]) {
     let read = BusYml::read(Source::from_bytes("bus.yml", data), Files::Embedded(&[]), &str::to_owned);
     let _ = read.findings.render(&read.input);
@@ -150,13 +150,13 @@ pub fn bus_yml(data: &[u8]) {
     }
     assert_eq!(lexican_machine::format(&text).as_ref(), Ok(&text));
     let machine = Machine::parse(Source::new("machine.toml", text.as_str()), Files::Embedded(&[]));
-    // What is wrong with the network may be wrong with the machine, but the file is one.
+    // A mistake of the network may be one of the machine, but the file must be well formed.
     for finding in machine.findings.iter() {
         assert!(!["machine::syntax", "machine::key", "machine::value"].contains(&finding.code), "{text}");
     }
 }
 
-/// The file of a machine: read, formatted, and what is written when it boots.
+/// The file of a machine: read, formatted, and made into the writes at its boot.
 pub fn machine(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     if let Ok(formatted) = lexican_machine::format(&text) {

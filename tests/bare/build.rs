@@ -5,7 +5,7 @@ fn main() -> Result<(), lexican_codegen::Error> {
         .device("siko/ag03-1")
         .module("drive")
         .storage(true)
-        // Where the drive deviates from CiA 301, its data sheet says what the drive does.
+        // Where the drive deviates from CiA 301, the data sheet describes the drive.
         .allow("cia301::data-type")
         .allow("eds::highest-sub")
         .allow("eds::sub-0-type")

@@ -1,4 +1,4 @@
-//! Each mutant of the AKD's driver and simulator is found: by their own tests, which are the quicker ones, or by the
+//! Each mutant of the AKD's driver and simulator is found: by their own tests, which are quicker, or by the
 //! verification against the manual.
 
 use std::path::Path;
@@ -13,10 +13,10 @@ mod driver;
 
 mod runner;
 
-/// What each mutant is tried by, until one fails: names of tests of this file.
+/// The names of tests in this file that a mutant is tried by, one after the other until one fails.
 const TRIALS: [&[&str]; 3] = [&["driver::"], &["it_does_what_its_manual_leaves_open"], &["it_agrees_with_its_manual"]];
 
-/// Mutants that are not found, because they do the same, and why.
+/// Mutants that are not found because they behave the same, and why.
 const UNFOUND: &[(&str, &str)] = &[
     ("sim MODEL: 6 => 6 + 1", "the ramp of code 6, 6085h, does not exist: it is the strongest one, as that of code 7"),
     (
@@ -40,7 +40,7 @@ fn every_mutant_is_found() {
     println!("{}", mutants.find());
 }
 
-/// The drive as it is, or as the mutant that the environment names.
+/// The drive, or the mutant that the environment names.
 fn akd() -> &'static Drive {
     DRIVES.iter().find(|drive| drive.name == "kollmorgen/akd").unwrap()
 }

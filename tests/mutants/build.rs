@@ -1,10 +1,10 @@
-//! Puts mutants into the sources of a crate of the drives: which one is said by the package that is built.
+//! Puts mutants into the sources of one of the drives' crates; the package that is built decides which crate.
 
 mod mutator;
 
 use mutator::Sources;
 
-/// What most of them have in common.
+/// What most of the crates have in common.
 const PLAIN: Sources = Sources {
     folder: "",
     modules: &[],
@@ -23,7 +23,7 @@ static CRATES: [(&str, Sources); 5] = [
         Sources {
             folder: "siko/src",
             modules: &["state", "model", "frames", "sim", "gateway"],
-            // What is about texts, and tested beside its source; and what is data that the verification reads.
+            // Code about texts, which is tested beside its source; and data that the verification reads.
             unmutated: &[
                 "model",
                 "sim",
@@ -61,7 +61,7 @@ static CRATES: [(&str, Sources); 5] = [
         Sources {
             folder: "kollmorgen-akd/src",
             modules: &["ascii", "driver", "fault", "sim"],
-            // How many faults there are is counted when the program is compiled.
+            // The number of faults is counted when the program is compiled.
             others: &["count", "is", "kind", "NAMES"],
             exports: "pub use shared::od;",
             data: true,

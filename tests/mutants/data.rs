@@ -1,5 +1,5 @@
-//! Mutants of constants that are data, such as the description of a drive: of fields, rows and names. They are made when
-//! the program runs, so that a mutant can be chosen then.
+//! Mutants of constants that are data, such as the description of a drive: of fields, rows and names. These constants
+//! are made at run time, so that a mutant can be chosen then.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
@@ -10,18 +10,17 @@ use syn::{Expr, ExprPath, Item, Lit, Type, parse_quote};
 
 use super::Mutator;
 
-/// What the constants of a crate are, and what they name.
+/// The constants of a crate, and the names in them.
 #[derive(Default)]
 pub(super) struct Data {
-    /// The constants that are made when the program runs.
+    /// The constants that are made at run time.
     lazy: BTreeSet<String>,
-    /// What can stand in place of each other: variants of an enumeration, constants beside each other, arguments of a
-    /// function.
+    /// Names that can replace each other: variants of an enumeration, constants of one module, arguments of a function.
     alike: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl Data {
-    /// Of the constants of these files, but not of those that are used when the program is compiled.
+    /// The constants of these files, except those that are used at compile time.
     pub(super) fn of(files: impl Iterator<Item = syn::File>, compiled: &[&str]) -> Self {
         let mut data = Data::default();
         for mut item in files.flat_map(|file| file.items) {
@@ -40,7 +39,7 @@ impl Data {
         is_own && segments.last().is_some_and(|last| self.lazy.contains(&last.ident.to_string()))
     }
 
-    /// The one that comes next among those like it.
+    /// The next name among those that can replace this one.
     fn other(&self, (kind, name): (String, String)) -> Option<String> {
         let names = self.alike.get(&kind)?;
         let next = names.range::<str, _>((Bound::Excluded(name.as_str()), Bound::Unbounded)).next();
@@ -56,17 +55,17 @@ impl VisitMut for Data {
         visit_mut::visit_expr_mut(self, expr);
     }
 
-    // A function takes what only it takes.
+    // Do not collect the function: its arguments fit no other.
     fn visit_expr_call_mut(&mut self, call: &mut syn::ExprCall) {
         call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
     }
 
-    // Of constants within one.
+    // Do not collect items within a constant.
     fn visit_item_mut(&mut self, _: &mut Item) {}
 }
 
 impl Mutator {
-    /// Makes a constant that is data one that is made when the program runs, with its mutants.
+    /// Makes a constant with data one that is made at run time, with its mutants.
     pub(super) fn lazy(&mut self, item: &mut Item) -> bool {
         let Some((name, expr)) = constant(item).filter(|(name, _)| self.data.lazy.contains(name)) else { return false };
         self.function = name;
@@ -84,7 +83,7 @@ impl Mutator {
         true
     }
 
-    /// What is a constant of a type takes that of the crate itself, since nothing is chosen there.
+    /// An associated constant uses the constant of the original crate, because no mutant can be chosen there.
     pub(super) fn original(&self, expr: &mut Expr) {
         if let Expr::Reference(reference) = expr
             && let Expr::Path(path) = &*reference.expr
@@ -95,12 +94,12 @@ impl Mutator {
         }
     }
 
-    /// The constant that a path names, if it is made when the program runs.
+    /// The constant that a path names, if it is made at run time.
     pub(super) fn lazily(&self, path: &ExprPath) -> Option<Expr> {
         self.data.is_lazy(path).then(|| parse_quote! { (*#path) })
     }
 
-    /// Mutants of data. Returns whether there are no others of this expression.
+    /// Makes mutants of data. Returns whether the expression has no others.
     pub(super) fn datum(&mut self, expr: &mut Expr) -> bool {
         let text = expr.to_token_stream().to_string();
         let other = named(expr).and_then(|named| self.data.other(named));
@@ -158,14 +157,14 @@ impl Mutator {
         true
     }
 
-    /// Mutants of what a function is called with, but not of the handle of an object.
+    /// Makes mutants of the arguments of a function, but not of the handle of an object.
     fn visit_arguments(&mut self, expr: &mut Expr) {
         if let Expr::Call(call) = expr {
             call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
         }
     }
 
-    /// A row that is there or not.
+    /// Makes a mutant without the row.
     fn row(&mut self, row: &mut Expr) -> Expr {
         let mutant = self.mutant(&row.to_token_stream().to_string(), "no row");
         self.visit_expr_mut(row);
@@ -173,7 +172,7 @@ impl Mutator {
     }
 }
 
-/// Takes constants that are made when the program runs, and makes no mutants.
+/// Dereferences constants that are made at run time, and makes no mutants.
 struct Plain<'a>(&'a Mutator);
 
 impl VisitMut for Plain<'_> {
@@ -185,7 +184,7 @@ impl VisitMut for Plain<'_> {
     }
 }
 
-/// A constant that is more than a number.
+/// A constant with more than a number.
 fn constant(item: &mut Item) -> Option<(String, &mut Expr)> {
     let (name, of, expr) = match item {
         Item::Const(item) => (&item.ident, &item.ty, &mut item.expr),
@@ -197,7 +196,7 @@ fn constant(item: &mut Item) -> Option<(String, &mut Expr)> {
     (!number).then(|| (name.to_string(), &mut **expr))
 }
 
-/// What an expression names, and of which kind that is: things of one kind can stand in place of each other.
+/// The name in an expression, and its kind. Names of one kind can replace each other.
 fn named(expr: &Expr) -> Option<(String, String)> {
     let parts = |path: &ExprPath| {
         let mut names: Vec<String> = path.path.segments.iter().map(|segment| segment.ident.to_string()).collect();
@@ -207,7 +206,7 @@ fn named(expr: &Expr) -> Option<(String, String)> {
     match expr {
         Expr::Path(path) => {
             let (kind, last) = parts(path)?;
-            // Handles of the dictionary are of many types.
+            // Handles of the dictionary have different types.
             let is_constant = last.starts_with(char::is_uppercase) && kind != "od";
             is_constant.then(|| (kind.clone(), format!("{kind}::{last}")))
         }

@@ -1,5 +1,5 @@
-//! Each mutant of the drives' other interfaces is found, except in the files of [`NOT_YET`]: by their own tests, or by the
-//! verification against the manual.
+//! Each mutant of the drives' other interfaces is found, except in the files of [`NOT_YET`]: by their own tests, or by
+//! the verification against the manual.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ mod siko_serial_flow_charts;
 #[path = "../../drives/siko-serial/tests/all/trouble.rs"]
 mod siko_serial_trouble;
 
-// What these tests share.
+// Support code of these tests.
 #[path = "../../profibus/tests/all/random.rs"]
 mod random;
 #[path = "../../drives/siko-profibus/tests/all/rig.rs"]
@@ -51,7 +51,8 @@ mod runner;
 #[path = "interfaces_unfound.rs"]
 mod unfound;
 
-/// What each mutant is tried by, until one fails: names of tests of this file, the quicker ones first.
+/// The names of tests in this file that a mutant is tried by, one after the other until one fails; the quicker ones
+/// first.
 const OF_SERIAL: &[&[&str]] = &[
     &["siko_serial_door::"],
     &[
@@ -101,7 +102,7 @@ macro_rules! mutants_of {
 const NOT_YET: &[(&str, &[&str])] =
     &[("lexican-mutated-profibus", &["virtual_bus"]), ("lexican-mutated-siko-serial", &["sim", "sim/line"])];
 
-/// Of `lexican-siko`, only the gateway: `mutants.rs` tries the rest.
+/// Of `lexican-siko`, only the gateway; `mutants.rs` tries the rest.
 fn is_tried(package: &str, name: &str) -> bool {
     let file = name.split(' ').next().unwrap();
     let is_left_out = NOT_YET.iter().any(|(left, files)| *left == package && files.contains(&file));
@@ -121,7 +122,7 @@ fn unit_tests_of_profibus() {
     lexican_profibus::mutant::TESTS.iter().for_each(|(_, test)| test());
 }
 
-/// The drive at its serial port as it is, or as the mutant that the environment names.
+/// The drive at its serial port, or the mutant that the environment names.
 #[test]
 fn it_agrees_with_its_manual() {
     let drive = DRIVES.iter().find(|drive| drive.name == "siko/ag02-serial").unwrap();

@@ -1,4 +1,4 @@
-//! Mutants of the drives' other interfaces that are not found, because they do the same: what they are called, and why.
+//! Mutants of the drives' other interfaces that are not found because they behave the same: their names, and why.
 
 pub(crate) const OF_SERIAL: &[(&str, &str)] = &[
     ("answer fits: false => true", "an answer without content has no other bytes than those at its end"),

@@ -1,27 +1,27 @@
-//! Which mutant this process is.
+//! The mutant that this process is.
 
 use std::cell::Cell;
 use std::sync::OnceLock;
 
-/// What the mutants are, by number, and the unit tests of the sources, by path.
+/// The descriptions of the mutants, by number, and the unit tests of the sources, by path.
 pub use crate::mutated::{MUTANTS, TESTS};
 
-/// The crate.
+/// The name of this crate.
 pub const PACKAGE: &str = env!("CARGO_PKG_NAME");
 
 /// The environment variable that names a mutant: the crate and its number there, `lexican-mutated-siko:7`.
 pub const VARIABLE: &str = "LEXICAN_MUTANT";
 
-/// A mutant that takes as many is one that never ends: the verification of a drive takes six million.
+/// A mutant that takes this many steps is taken for endless: the verification of a drive takes six million.
 const STEPS: u64 = 60_000_000;
 
-/// Whether this process is that mutant.
+/// Whether this process is the mutant with this number.
 #[must_use]
 pub fn is(number: usize) -> bool {
     static CHOSEN: OnceLock<Option<usize>> = OnceLock::new();
     *CHOSEN.get_or_init(|| {
         let chosen = std::env::var(VARIABLE).ok()?.strip_prefix(PACKAGE)?.strip_prefix(':')?.parse().ok()?;
-        // It is found: no other test has to run.
+        // A panic means that the mutant is found: end without running other tests.
         std::panic::set_hook(Box::new(|_| std::process::exit(101)));
         Some(chosen)
     }) == Some(number)
@@ -35,22 +35,22 @@ thread_local! {
 ///
 /// # Panics
 ///
-/// When it would.
+/// After too many steps.
 pub fn step() {
     let taken = TAKEN.get() + 1;
     TAKEN.set(taken);
     assert!(taken < STEPS, "it does not end");
 }
 
-/// Rows of data, without the one that a mutant lacks.
+/// The rows of data, without the one that a mutant removes.
 #[must_use]
 pub fn rows<T>(rows: Vec<(bool, T)>) -> &'static [T] {
     Box::leak(rows.into_iter().filter_map(|(lacks, row)| (!lacks).then_some(row)).collect())
 }
 
-/// A number that is another one.
+/// A number that a mutant replaces by another one.
 pub trait Altered {
-    /// A bit more, or a bit beside.
+    /// A slightly greater number; for a single bit, the next bit.
     #[must_use]
     fn altered(self) -> Self;
 }

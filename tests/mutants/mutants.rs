@@ -1,5 +1,5 @@
-//! Each mutant of the simulated drive is found: by the simulator's own tests, which are the quicker ones, or by the
-//! verification against the manual.
+//! Each mutant of the simulated drive is found: by the simulator's own tests, which are quicker, or by the verification
+//! against the manual.
 
 #![allow(clippy::duplicate_mod, reason = "the AG02's tests are a program of their own, with its rig")]
 
@@ -20,14 +20,14 @@ mod parts;
 #[path = "../../drives/siko/tests/all/power.rs"]
 mod power;
 
-// What these tests share.
+// Support code of these tests.
 #[path = "../../drives/siko/tests/all/support.rs"]
 mod support;
 
 mod runner;
 mod unfound;
 
-/// What each mutant is tried by, until one fails: names of tests of this file.
+/// The names of tests in this file that a mutant is tried by, one after the other until one fails.
 const TRIALS: [&[&str]; 3] = [
     &["ag02::", "controller::", "node::", "parts::", "power::", "it_does_what_the_manuals_leave_open"],
     &["the_ag03_1_agrees_with_its_manual"],
@@ -48,7 +48,7 @@ fn every_mutant_of_the_simulated_drive_is_found() {
     println!("{}", mutants.find());
 }
 
-/// A drive as it is, or as the mutant that the environment names.
+/// The drive, or the mutant that the environment names.
 fn agrees_with_its_manual(name: &str) {
     let drive = DRIVES.iter().find(|drive| drive.name == name).unwrap();
     let inputs = Inputs::read(drive, &Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();

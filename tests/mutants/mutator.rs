@@ -1,5 +1,5 @@
-//! Puts mutants into the sources of a crate: an expression that can be wrong becomes one that asks `mutant::is(7)` and is
-//! wrong then. All modules become one file, since `include!` takes one. Build scripts include this.
+//! Puts mutants into the sources of a crate: an expression is replaced by one that asks `mutant::is(7)` and, if so, has
+//! another value. All modules become one file, because `include!` takes only one. Build scripts include this file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -19,24 +19,24 @@ use data::Data;
 
 /// The sources of a crate.
 pub(crate) struct Sources {
-    /// The folder, from that of `drives`.
+    /// The folder, relative to `drives`.
     pub(crate) folder: &'static str,
-    /// The modules at its root.
+    /// The modules at the root of the crate.
     pub(crate) modules: &'static [&'static str],
-    /// The files of these modules whose mutants are not made.
+    /// Files of these modules that get no mutants.
     pub(crate) unmutated: &'static [&'static str],
-    /// Where the constants that the others use stand, besides them.
+    /// Further files with constants that the modules use.
     pub(crate) constants: &'static [&'static str],
-    /// What begins each path of the folder and is left out of the names of mutants.
+    /// The common beginning of the paths, which names of mutants leave out.
     pub(crate) prefix: &'static str,
-    /// Functions that are called when the program is compiled, or that tests and scripts call and the drive does not: the
-    /// name, of every file, or the file and the name.
+    /// Functions without mutants, because they are called at compile time, or by tests and scripts but not by the
+    /// drive: a name in any file, or a file and a name.
     pub(crate) others: &'static [&'static str],
-    /// What is added to an instant or subtracted from one, for which there is no other operator.
+    /// Durations that are added to or subtracted from an instant: the operator cannot be replaced there.
     pub(crate) spans: &'static [&'static str],
-    /// What the crate exports besides its modules, and they use from elsewhere.
+    /// Exports of the crate besides its modules, and names that these use from elsewhere.
     pub(crate) exports: &'static str,
-    /// Whether constants that are more than a number are mutated: descriptions and models. They are made at run time then.
+    /// Whether to mutate constants with more than a number: descriptions and models. They are then made at run time.
     pub(crate) data: bool,
 }
 
@@ -55,7 +55,7 @@ impl Sources {
             let items = module(&source, name, &mut mutator);
             format!("pub mod {name} {{ {} }}\n", quote! { #(#items)* })
         });
-        // The modules are no longer below the root of their crate.
+        // The modules are no longer at the root of their crate.
         let text = modules.collect::<String>().replace("crate ::", "crate :: mutated ::");
         let text = text.replace("crate :: mutated :: mutant", "crate :: mutant");
         let (names, tests, exports) = (&mutator.names, &mutator.tests, self.exports);
@@ -68,7 +68,7 @@ impl Sources {
         fs::write(Path::new(&out).join("mutated.rs"), format!("{exports}\n{names}\n{text}")).unwrap();
     }
 
-    /// The files whose mutants are made.
+    /// The files that get mutants.
     fn mutated(&self, source: &Path) -> Vec<String> {
         let mut found: Vec<String> = self.modules.iter().map(ToString::to_string).collect();
         let mut next = 0;
@@ -84,7 +84,7 @@ impl Sources {
         found
     }
 
-    /// The constants that are numbers, by name: a mutant uses another number where it names one.
+    /// The constants that are numbers, by name: where one is used, a mutant uses another number.
     fn constants(&self, source: &Path, mutated: &[String]) -> BTreeSet<String> {
         let mut found = BTreeSet::new();
         let mut take = |ident: &syn::Ident, of: &Type| {
@@ -112,7 +112,7 @@ impl Sources {
     }
 }
 
-/// A source without docs, and without what is not here.
+/// Parses a source, without docs and without items that do not exist here.
 fn parse(path: &Path) -> syn::File {
     let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut file = syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -125,7 +125,7 @@ fn file(source: &Path, name: &str) -> std::path::PathBuf {
     if beside.exists() { beside } else { source.join(name).join("mod.rs") }
 }
 
-/// The items of a module, with its own modules in it.
+/// The items of a module, including its child modules.
 fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
     let mut file = parse(&file(source, name));
     for item in &mut file.items {
@@ -139,7 +139,7 @@ fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
             }
             *semi = None;
             if matches!(vis, Visibility::Inherited) {
-                // The list of tests names it.
+                // The list of tests names it, so it must be visible.
                 *vis = parse_quote! { pub(crate) };
             }
         } else if !mutator.sources.unmutated.contains(&name) {
@@ -152,7 +152,7 @@ fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
     file.items
 }
 
-/// The paths of the unit tests in a module, which can be called from now on.
+/// Makes the unit tests in a module callable, and returns their paths.
 fn take_tests(module: &str, items: &mut [Item]) -> Vec<String> {
     let mut found = Vec::new();
     for item in items {
@@ -166,7 +166,7 @@ fn take_tests(module: &str, items: &mut [Item]) -> Vec<String> {
     found
 }
 
-/// Takes away docs, and what depends on features, which are not here.
+/// Removes docs, and items that depend on features, which do not exist here.
 struct Bare;
 
 impl VisitMut for Bare {
@@ -210,14 +210,14 @@ struct Mutator {
     names: Vec<String>,
     /// The unit tests of the sources, by path.
     tests: Vec<String>,
-    /// How often a name was given already.
+    /// How often each name has been given so far.
     given: BTreeMap<String, usize>,
     file: String,
     function: String,
-    /// Within a function that is called at run time.
+    /// Whether this is within a function that is called at run time.
     runs: bool,
     data: Data,
-    /// Within a constant that is made at run time.
+    /// Whether this is within a constant that is made at run time.
     is_data: bool,
 }
 
@@ -241,13 +241,13 @@ impl Mutator {
         parse_quote! { crate::mutant::is(#number) }
     }
 
-    /// A condition that does not matter.
+    /// Makes the mutant in which a condition is always true.
     fn always(&mut self, condition: &mut Expr, text: &str) {
         let mutant = self.mutant(text, "true");
         *condition = parse_quote! { (#mutant || #condition) };
     }
 
-    /// A condition that never holds.
+    /// Makes the mutant in which a condition is never true.
     fn never(&mut self, condition: &mut Expr, text: &str) {
         let mutant = self.mutant(text, "false");
         *condition = parse_quote! { (!#mutant && #condition) };
@@ -274,7 +274,7 @@ impl Mutator {
             BinOp::And(_) | BinOp::Or(_) => {
                 let is_and = matches!(binary.op, BinOp::And(_));
                 for (side, text) in [&mut *binary.left, &mut *binary.right].into_iter().zip(sides) {
-                    // Of a chain, each part is a side somewhere.
+                    // In a chain, each part becomes a side at some level.
                     let is_chain = matches!(side, Expr::Binary(inner) if matches!(inner.op, BinOp::And(_)) && is_and);
                     if matches!(side, Expr::Let(_)) || is_chain {
                         continue;
@@ -293,11 +293,11 @@ impl Mutator {
             BinOp::Ge(_) => parse_quote! { > },
             BinOp::Eq(_) => parse_quote! { != },
             BinOp::Ne(_) => parse_quote! { == },
-            // From an instant, no span can be taken.
+            // No duration can be subtracted from an instant.
             BinOp::Add(_) | BinOp::Sub(_) if self.sources.spans.contains(&sides[1].as_str()) => return None,
             BinOp::Add(_) => parse_quote! { - },
             BinOp::Sub(_) => parse_quote! { + },
-            // A sign is its own inverse.
+            // Multiplying or dividing by a sign gives the same.
             BinOp::Mul(_) if sides[1].ends_with("sign ()") => return None,
             BinOp::Mul(_) => parse_quote! { / },
             BinOp::Div(_) => parse_quote! { * },
@@ -308,7 +308,7 @@ impl Mutator {
         let [left, right] = sides;
         let mutant = self.mutant(&text, &format!("{left} {} {right}", other.to_token_stream()));
         let syn::ExprBinary { left, op, right, .. } = binary;
-        // What is compared is not taken away.
+        // Compare by reference, so that the operands are not moved.
         let by = if is_comparison {
             quote! { & }
         } else {
@@ -329,10 +329,10 @@ impl VisitMut for Mutator {
         self.function(&mut item.sig, &mut item.block);
     }
 
-    // Not run, but compiled.
+    // Compiled, not run.
     fn visit_item_const_mut(&mut self, _: &mut syn::ItemConst) {}
 
-    // What is part of a type cannot be a mutant.
+    // An associated constant cannot be a mutant.
     fn visit_impl_item_const_mut(&mut self, item: &mut syn::ImplItemConst) {
         self.original(&mut item.expr);
     }
@@ -379,7 +379,7 @@ impl VisitMut for Mutator {
         }
     }
 
-    // Of a pattern, only what guards it runs.
+    // Of a pattern, only its guard runs.
     fn visit_pat_mut(&mut self, pat: &mut Pat) {
         let Pat::Guard(guarded) = pat else { return };
         let text = guarded.guard.to_token_stream().to_string();
@@ -422,9 +422,9 @@ impl VisitMut for Mutator {
                 Some(parse_quote! { match #of { of => if #mutant { of } else { #op of } } })
             }
             Expr::Lit(literal) => match &literal.lit {
-                // Nothing and one are indices and parts of idioms more often than numbers of the manual.
+                // 0 and 1 are more often indices and parts of idioms than numbers of the manual.
                 Lit::Int(number) if number.base10_parse::<u64>().is_ok_and(|number| number > 1) => {
-                    // There is no more in a byte, or in two.
+                    // A byte, or two, can hold no more.
                     let other = if ["0xFF", "0xFFFF"].contains(&text.as_str()) {
                         quote! { #literal - 1 }
                     } else {
@@ -433,7 +433,7 @@ impl VisitMut for Mutator {
                     let mutant = self.mutant(&text, &other.to_string());
                     Some(parse_quote! { (if #mutant { #other } else { #literal }) })
                 }
-                // Of nothing, there is no more.
+                // A multiple of zero is zero.
                 Lit::Float(number) if number.base10_parse::<f64>().is_ok_and(|number| number != 0.0) => {
                     let mutant = self.mutant(&text, &format!("{text} * 1.5"));
                     Some(parse_quote! { (if #mutant { #literal * 1.5 } else { #literal }) })
@@ -446,7 +446,7 @@ impl VisitMut for Mutator {
                 _ => None,
             },
             Expr::Path(path) => {
-                // Faults and refusals have names of bits, and a range has that of an identifier.
+                // Some faults and refusals have the name of a bit, and a range has that of an identifier.
                 let segments: Vec<String> =
                     path.path.segments.iter().map(|segment| segment.ident.to_string()).collect();
                 let named = segments.last().is_some_and(|last| self.constants.contains(last))

@@ -1,4 +1,4 @@
-//! Tries each mutant of a crate by tests of this process, started anew for each.
+//! Tries each mutant of a crate with tests of this program, in a new process for each mutant.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -8,28 +8,29 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The mutants of a crate.
 pub(crate) struct Mutants {
-    /// The crate that has them.
+    /// The name of the crate.
     pub(crate) package: &'static str,
-    /// The environment variable that holds its name and the number of one.
+    /// The environment variable that selects a mutant by the crate's name and the mutant's number.
     pub(crate) variable: &'static str,
-    /// What they are, by number.
+    /// Their descriptions, by number.
     pub(crate) names: &'static [&'static str],
-    /// Which of them are tried here, by name.
+    /// Whether a mutant is tried here, by its description.
     pub(crate) are_tried: fn(&str) -> bool,
-    /// Those that are not found, because they do the same, and why.
+    /// Mutants that are not found because they behave the same, and why.
     pub(crate) unfound: &'static [(&'static str, &'static str)],
-    /// What each is tried by, until one fails: names of tests of the program.
+    /// The names of tests that each mutant is tried by, one group after the other until one fails.
     pub(crate) trials: &'static [&'static [&'static str]],
-    /// So many of each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number that chooses others.
+    /// The number of mutants to try in each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number
+    /// that selects others.
     pub(crate) samples: usize,
 }
 
 impl Mutants {
-    /// How many mutants each trial finds, in words.
+    /// Tries the mutants, and returns how many each trial has found, in words.
     ///
     /// # Panics
     ///
-    /// If one survives, or an exception is about none.
+    /// If a mutant survives, or an entry of `unfound` matches none.
     pub(crate) fn find(&self) -> String {
         for (name, _) in self.unfound {
             assert!(self.names.contains(name), "no mutant is called {name:?}");
@@ -57,7 +58,7 @@ impl Mutants {
         format!("{}: of {all} mutants {} tried, found by each trial: {}", self.package, chosen.len(), found.join(", "))
     }
 
-    /// The mutants to try, in their order.
+    /// The numbers of the mutants to try, in order.
     fn sample(&self) -> Vec<usize> {
         let all = std::env::var_os("LEXICAN_VERIFY_ALL").is_some();
         let seed = std::env::var("LEXICAN_VERIFY_SEED").map_or(0, |seed| seed.parse::<u64>().expect("a number"));
@@ -79,7 +80,7 @@ impl Mutants {
         chosen
     }
 
-    /// What the variable holds when a mutant is chosen.
+    /// The value of the variable that selects a mutant.
     fn chosen(&self, number: usize) -> String {
         format!("{}:{number}", self.package)
     }
@@ -87,7 +88,7 @@ impl Mutants {
     fn passes(&self, number: usize, tests: &[&str]) -> bool {
         let mut run = Command::new(std::env::current_exe().unwrap());
         run.args(tests).arg("--test-threads=1").env(self.variable, self.chosen(number)).env("RUST_BACKTRACE", "0");
-        // Properties are tried by the same values each time; one that fails is not simplified, and is no regression.
+        // Property tests use the same values each time. A failing one is not shrunk, and not stored as a regression.
         run.env("PROPTEST_RNG_SEED", "0").env("PROPTEST_MAX_SHRINK_ITERS", "0");
         run.env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1");
         run.stdout(Stdio::null()).stderr(Stdio::null()).status().unwrap().success()

@@ -1,6 +1,6 @@
-//! Mutants that are not found, because they do the same.
+//! Mutants of the simulated drive that are not found because they behave the same.
 
-/// What they are called, and why they do the same: of the simulated drive.
+/// Their names, and why they behave the same.
 pub(crate) const UNFOUND: &[(&str, &str)] = &[
     ("drive power_on: false => true", "the same parameters once more"),
     ("drive power_on: false => true #2", "a frame sets it anew before there are commands"),
@@ -59,5 +59,5 @@ const WAKES_ANEW: &str = "what is switched on looks at the world anew, and has n
 const STARTS: &str = "a device that starts writes objects, which says it, too";
 const GENERIC: &str = "the generic bit goes with the last of the others";
 
-/// A velocity passes through that much in far less than a microsecond, which is what time is counted in.
+/// A velocity changes by this much in far less than a microsecond, the resolution of time.
 const ROUNDING: &str = "far below what can be read";

@@ -1,4 +1,4 @@
-//! Generates the dictionary, for the device's side, and links without a board.
+//! Generates the dictionary for a device, and links without a board.
 
 fn main() -> Result<(), lexican_codegen::Error> {
     println!("cargo:rustc-link-arg-bins=--entry=run");
@@ -6,7 +6,7 @@ fn main() -> Result<(), lexican_codegen::Error> {
     lexican_codegen::Config::new()
         .eds("ds301.eds")
         .storage(true)
-        // So that the file stays short.
+        // Allowed to keep the file short.
         .allow("eds::compact-pdo")
         .generate()
 }

@@ -2,20 +2,20 @@
 
 use lexican_runtime::{CobId, Frame};
 
-/// What the board brings: a clock, a CAN controller, and a supply.
+/// The functions of the board: a clock, a CAN controller, and the supply.
 #[repr(C)]
 pub struct Board {
     /// Microseconds since power-on.
     pub now_us: extern "C" fn() -> u64,
-    /// Takes a frame from the controller; false when there is none.
+    /// Takes a frame from the controller; false if there is none.
     pub receive: extern "C" fn(&mut CanFrame) -> bool,
-    /// Gives the controller a frame; it is copied.
+    /// Hands the controller a frame, which it copies.
     pub send: extern "C" fn(&CanFrame),
     /// False ends the main loop.
     pub is_powered: extern "C" fn() -> bool,
 }
 
-/// A frame as the controller has it. Base format only: the drive uses no other.
+/// A frame of the controller, in base format: the drive uses no other.
 #[repr(C)]
 pub struct CanFrame {
     /// The identifier, 0 to 7FFh.
@@ -24,7 +24,7 @@ pub struct CanFrame {
     pub is_remote: bool,
     /// 0 to 8.
     pub len: u8,
-    /// `len` of them count.
+    /// Only the first `len` bytes are valid.
     pub data: [u8; 8],
 }
 

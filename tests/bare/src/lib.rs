@@ -1,7 +1,7 @@
-//! A firmware without an operating system: the communication of an AG03/1, with all it needs on one stack.
+//! A firmware without an operating system: the communication of an AG03/1, all of it on the stack.
 //!
-//! It has its own panic handler. A crate graph that holds std has one already, so that this one is refused as
-//! soon as anything asks for std: that it builds is the proof.
+//! It has its own panic handler. If any crate needed std, which has a panic handler of its own, this one would be
+//! refused: so the build proves that none does.
 #![no_std]
 
 use core::panic::PanicInfo;
@@ -18,7 +18,7 @@ mod od {
     lexican_runtime::include_od!("drive");
 }
 
-/// The main loop; false when `node` is no node-ID.
+/// The main loop; false if `node` is no node-ID.
 // The symbol is where the linker starts. The attribute is unsafe because no other item may have this name; it is the
 // only unsafe thing here.
 #[unsafe(no_mangle)]
@@ -39,7 +39,7 @@ struct Drive {
 
 impl Drive {
     fn step(&mut self, board: &Board) {
-        // First of all the boot-up message: until it is sent, the device hears nothing.
+        // The boot-up message goes first: the device receives nothing before it is sent.
         while let Some(frame) = self.device.poll_transmit(now(board), &mut self.od) {
             (board.send)(&CanFrame::from_frame(&frame));
         }
@@ -63,7 +63,7 @@ impl Drive {
                 self.od.reset(self.device.node(), values);
                 self.device.restart(now(board), &mut self.od);
             }
-            // The drive is always at its target: its mechanics are not the subject here.
+            // The drive is always at its target, because its mechanics are not the subject here.
             Some(Event::RpdoReceived { .. } | Event::Written(_)) => {
                 let target = self.od.get(od::TARGET_POSITION);
                 self.od.set(od::POSITION_ACTUAL_VALUE, target);

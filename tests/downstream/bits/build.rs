@@ -1,4 +1,4 @@
-//! Writes the data sheet with all the PDOs, and beside the generated code the list of what they map.
+//! Writes the data sheet with all the PDOs and, beside the generated code, the list of what they map.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -27,7 +27,7 @@ const TYPES: [(u16, u32, &str, bool); 23] = [
     (0x19, 48, "U48", false),
     (0x1A, 56, "U56", false),
     (0x1B, 64, "u64", false),
-    // What the device defines itself (a DEFTYPE) is an unsigned number of whole bytes.
+    // A type that the device defines (a DEFTYPE) is an unsigned number of whole bytes.
     (0x60, 12, "u16", false),
     (0x61, 24, "U24", false),
 ];
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 struct Sheet {
     sections: String,
     indices: Vec<u16>,
-    /// How many PDOs there are: first the transmit PDOs, then the receive PDOs.
+    /// The number of PDOs: first the transmit PDOs, then the receive PDOs.
     pdos: u16,
     cases: String,
 }
@@ -71,7 +71,7 @@ impl Default for Sheet {
 }
 
 impl Sheet {
-    /// An array of as many elements as fields of one bit fit into a frame.
+    /// An array with as many elements as fields of one bit fit into a frame.
     fn object(&mut self, index: u16, code: u16) {
         self.indices.push(index);
         self.section(&format!("{index:04X}"), &format!("Values {index:04X}"), "ObjectType=8\nSubNumber=65\n");
@@ -82,7 +82,7 @@ impl Sheet {
         }
     }
 
-    /// PDOs in which the type stands at every offset: one after the other from each of the first offsets on.
+    /// PDOs in which the type is at every offset: several in a row, from each of the first offsets on.
     fn whole(&mut self, row: u16, bits: u32, name: &str) {
         for first in 0..bits.min(65 - bits) {
             let fields = (64 - first) / bits;

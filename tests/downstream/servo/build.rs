@@ -1,8 +1,8 @@
-//! The driver of a data sheet, and that of one that lacks and has what it does not: see `tests/drive.rs`.
+//! The driver of a data sheet, and the driver of a variant with other objects: see `tests/drive.rs`.
 
 use std::path::Path;
 
-/// No velocity is measured, a profile can be set, and 1018h has no vendor-ID.
+/// The variant: no velocity is measured, a profile can be set, and 1018h has no vendor-ID.
 const OTHERWISE: [(&str, &str); 4] = [
     (
         "27=0x606C\n28=0x6071\n29=0x6077\n30=0x607A\n31=0x607C\n32=0x607D\n",

@@ -1,4 +1,4 @@
-//! The device: its dictionary, what the objects do, and the loop that drives it over a link.
+//! The device: its dictionary, the behaviour of the objects, and the loop that runs it over a link.
 
 use std::io::Read;
 use std::sync::Arc;
@@ -21,10 +21,10 @@ const SETPOINT: Address = Address::new(0x2000, 0);
 const ACTUAL: Address = Address::new(0x2001, 0);
 const RAISE_ERROR: Address = Address::new(0x2004, 0);
 
-/// How long the one domain of the dictionary may become.
+/// The longest value of the domain in the dictionary, in bytes.
 const STORE: usize = 1 << 20;
 
-/// What 1018h says.
+/// The identity in 1018h.
 const IDENTITY: Identity = Identity { vendor: 0x4C58, product: 7, revision: 0x0001_0002, serial: 0x1234_5678 };
 
 /// Serves until standard input ends.
@@ -35,7 +35,7 @@ pub(crate) fn run(link: impl Link, node: Option<NodeId>) -> Outcome<()> {
     println!("ready");
     while !ended.load(Ordering::Relaxed) {
         let look = participant.now() + Duration::from_millis(100);
-        // A bus that is down comes back.
+        // A failure of the bus is temporary.
         let _ = participant.run(look)?;
     }
     Ok(())
@@ -52,7 +52,7 @@ fn end_of_input() -> Arc<AtomicBool> {
     ended
 }
 
-/// A device with LSS. Without a node-ID there is nothing but LSS.
+/// A device with LSS. Without a node-ID, only LSS works.
 struct Peer {
     device: Option<Device>,
     od: Od,
@@ -75,7 +75,7 @@ impl Peer {
         device.restart_as(node, now, &mut self.od);
     }
 
-    /// What the objects do: the actual value follows the setpoint, and errors are raised on request.
+    /// The behaviour of the objects: the actual value follows the setpoint, and errors are raised on request.
     fn follow(&mut self, now: Instant, event: Event) {
         let Some(device) = &mut self.device else { return };
         match event {
@@ -134,7 +134,7 @@ impl Node for Peer {
     }
 }
 
-/// The generated dictionary, and the domain that its image does not hold.
+/// The generated dictionary, and the domain, which is not in its image.
 struct Od {
     image: od::Storage,
     store: Vec<u8>,
@@ -179,7 +179,7 @@ impl ObjectDictionary for Od {
     }
 }
 
-/// A device that stores nothing beyond its life, and has one bit rate.
+/// Stores nothing, and has only one bit rate.
 struct Host;
 
 impl LssHost for Host {

@@ -18,7 +18,7 @@ use crate::od;
 const STORE: Address = Address::new(0x2005, 0);
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Prints a line per service; fails when one does.
+/// Prints a line for each service; fails if one of them fails.
 pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
     let network = Network::new(link);
     let mut run = Run { network: Some(network), node, failed: 0 };
@@ -43,7 +43,7 @@ pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
     if run.failed == 0 { Ok(()) } else { Err(format!("{} services failed", run.failed).into()) }
 }
 
-/// Reads one object after the other for `seconds`; fails when an answer is lost.
+/// Reads one object again and again for `seconds`; fails if an answer is lost.
 #[expect(clippy::disallowed_methods, reason = "the rate is one of real time")]
 pub(crate) fn read_on(mut link: impl Link, node: NodeId, seconds: u64) -> Outcome<()> {
     link.listen_to(&[0x080, 0x580, 0x700].map(|base| CobId::of_node(base, node)))?;
@@ -64,7 +64,7 @@ pub(crate) fn read_on(mut link: impl Link, node: NodeId, seconds: u64) -> Outcom
 }
 
 struct Run<L> {
-    /// Always there, except while its link is used without it.
+    /// `None` only while the link is used without the network.
     network: Option<Network<L>>,
     node: NodeId,
     failed: u32,
@@ -90,7 +90,7 @@ impl<L: Link> Run<L> {
         Ok(self.network().manager().add(now, remote)?)
     }
 
-    /// Follows the node's heartbeat.
+    /// Monitors the node's heartbeat.
     fn watch(&mut self) -> Outcome<()> {
         self.look_after(Remote::new(self.node).with_heartbeat(Duration::from_millis(500)))
     }
@@ -109,7 +109,7 @@ impl<L: Link> Run<L> {
         found.ok_or_else(|| format!("no {what}").into())
     }
 
-    /// A device without node-ID is found, gets one, and boots with it.
+    /// Finds a device without a node-ID, gives it one, and waits until it boots.
     fn lss(&mut self) -> Outcome<String> {
         let node = self.node;
         let vendor = self.with_link(|link| {
@@ -132,7 +132,7 @@ impl<L: Link> Run<L> {
         Ok("fast scan, configure, store, inquire".to_owned())
     }
 
-    /// A device without heartbeat answers remote frames.
+    /// Guards a device without heartbeat, by remote frames.
     fn guarding(&mut self) -> Outcome<String> {
         let node = self.node;
         self.network().write(node, od::PRODUCER_HEARTBEAT_TIME, 0)?;
@@ -265,7 +265,7 @@ impl<L: Link> Run<L> {
         let node = self.node;
         self.network().command(NmtCommand::Start, Some(node))?;
         let operational = |event: &Event| {
-            // The first heartbeat that is heard of it, or one after others.
+            // The first heartbeat that is received, or one after others.
             matches!(event, Event::StateChanged { state, .. } | Event::Appeared { state, .. }
                 if *state == NmtState::Operational)
         };
@@ -297,7 +297,7 @@ impl<L: Link> Run<L> {
         Ok("10 synchronous PDOs".to_owned())
     }
 
-    /// What was sent is what the device has understood.
+    /// Sends TIME, and compares what the device has understood.
     fn time(&mut self) -> Outcome<String> {
         let node = self.node;
         for time in [TimeOfDay { days: 0, ms: 0 }, TimeOfDay { days: 15_300, ms: 86_399_999 }] {
@@ -340,14 +340,14 @@ fn operate(
     link: &mut impl Link,
     begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
 ) -> Outcome<lss_manager::Event> {
-    // Longer than it need be on a bus: no answer must mean no, also beside a busy build.
+    // Longer than a bus needs: even beside a busy build, no answer must mean that there is none.
     let mut lss = LssManager::new().with_timeouts(SECOND, Duration::from_millis(100));
     begin(&mut lss)?;
     let event = Pump::new().run(link, &mut lss, Instant::MAX)?;
     Ok(event.ok_or("an operation has a deadline")?)
 }
 
-/// Reads an entry by block, with the core alone; and whether blocks were used.
+/// Reads an entry by block, without a shell. Returns also whether blocks were used.
 fn read_by_block(link: &mut impl Link, node: NodeId, address: Address) -> Outcome<(Vec<u8>, bool)> {
     let mut manager = Manager::<1>::new();
     manager.add(link.now(), Remote::new(node))?;
@@ -356,7 +356,7 @@ fn read_by_block(link: &mut impl Link, node: NodeId, address: Address) -> Outcom
     let mut blocks = true;
     loop {
         while let Some(frame) = manager.poll_transmit(link.now(), &mut data) {
-            // A0h to A7h are all that a client says in a block upload (CiA 301, 7.2.4.3.10).
+            // All requests of a client in a block upload are A0h to A7h (CiA 301, 7.2.4.3.10).
             blocks &= frame.data().first().is_some_and(|command| command >> 5 == 5);
             link.send(&frame)?;
         }
@@ -387,7 +387,7 @@ fn same<T: PartialEq + std::fmt::Debug>(got: &T, expected: &T) -> Outcome<()> {
     if got == expected { Ok(()) } else { Err(format!("{got:?} instead of {expected:?}").into()) }
 }
 
-/// The processor time of this process, where the system reports it.
+/// The processor time of this process, if the system reports it.
 fn processor_us() -> u64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = stat.rsplit(')').next().unwrap_or_default().split_ascii_whitespace();

@@ -1,4 +1,4 @@
-//! Generates the dictionary, and lends the linker the board's memory map.
+//! Generates the dictionary, and passes the board's memory map to the linker.
 
 fn main() -> Result<(), lexican_codegen::Error> {
     println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));

@@ -1,6 +1,6 @@
-//! A device of CiA 301 with four PDOs each way, and a main loop around it: what is measured by `cargo xtask size`.
+//! A device of CiA 301 with four PDOs each way and a main loop, whose size `cargo xtask size` measures.
 //!
-//! It is never run: the linker takes what the loop reaches, and nothing else.
+//! It is never run: the linker keeps only what the loop reaches.
 #![no_std]
 #![no_main]
 
@@ -26,7 +26,7 @@ mod od {
     lexican_runtime::include_od!("ds301");
 }
 
-/// `With`, unless the feature leaves it out.
+/// `With`, unless the feature removes it.
 macro_rules! unless {
     ($feature:literal) => {
         <[(); cfg!(feature = $feature) as usize] as Chosen>::Choice
@@ -56,7 +56,7 @@ impl Selection for Measured {
     type Behaviour = Deviation;
 }
 
-/// What the device does where CiA 301 leaves it open: a constant, if no feature lets the program choose it.
+/// Where CiA 301 leaves the behaviour open: a constant, unless a feature lets the program choose it.
 #[cfg(not(feature = "chosen-behaviour"))]
 type Deviation = lexican_runtime::device::Cia301;
 #[cfg(feature = "chosen-behaviour")]
@@ -67,19 +67,19 @@ const CONSUMERS: usize = if cfg!(feature = "no-heartbeat-consumers") { 0 } else 
 
 type Node = Device<4, 4, SERVERS, CONSUMERS, 8, Measured>;
 
-/// The RAM of the device, as the size of a symbol.
+/// A symbol whose size is the RAM of the device.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".measured")]
 static RAM_OF_DEVICE: [u8; size_of::<Node>()] = [0; size_of::<Node>()];
 
-/// The same for its dictionary.
+/// A symbol whose size is the RAM of the dictionary.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".measured")]
 static RAM_OF_DICTIONARY: [u8; size_of::<od::Storage>()] = [0; size_of::<od::Storage>()];
 
-/// Keeps nothing: what stores is not measured.
+/// Stores nothing: storage is not measured.
 struct Forgets;
 
 impl LssHost for Forgets {

@@ -1,5 +1,4 @@
-//! Memory functions of a few bytes, as newlib-nano has them: they take the place of those that the compiler brings, which
-//! are made for speed.
+//! Small memory functions, as in newlib-nano, in place of those of the compiler, which are made for speed.
 
 core::arch::global_asm!(
     ".syntax unified",

@@ -8,7 +8,7 @@ use lexican_runtime::NodeId;
 
 const DRIVE: NodeId = NodeId::literal(5);
 
-/// A bus with one drive, as `set` has prepared it.
+/// A bus with one drive, prepared by `set`.
 fn network(set: impl FnOnce(&mut od::Storage)) -> Network<VirtualLink> {
     let (bus, mut od) = (VirtualBus::new(), od::storage(DRIVE));
     set(&mut od);

@@ -1,4 +1,4 @@
-//! Every data type at every bit offset of a PDO goes in and comes out as it was.
+//! Values of every data type at every bit offset of a PDO are packed and unpacked without change.
 
 #[cfg(test)]
 mod tests {
@@ -10,11 +10,11 @@ mod tests {
         lexican_runtime::include_od!("bits");
     }
 
-    /// Bits of every kind: none, all, alternating, and one alone at either end.
+    /// Patterns of bits: none, all, alternating, and a single one at either end.
     const PATTERNS: [u64; 8] =
         [0, u64::MAX, 0xAAAA_AAAA_AAAA_AAAA, 0x5555_5555_5555_5555, 1, 0x8000_0000_0000_0000, 0x0123_4567_89AB_CDEF, 2];
 
-    /// The number that `bits` bits are, as it would be in a type of 64 bits; bit by bit.
+    /// The value of `bits` bits, widened to 64 bits one by one.
     fn widened(pattern: u64, bits: u32, signed: bool) -> u64 {
         let bit = |at: u32| (pattern >> at) & 1;
         let sign = if signed { bit(bits - 1) } else { 0 };
@@ -25,7 +25,7 @@ mod tests {
         for pattern in PATTERNS {
             let signed = T::DATA_TYPE.is_signed();
             let expected = T::from_raw(widened(pattern, bits, signed));
-            // Out of a frame that is full of other bits.
+            // Unpacked from a frame whose other bits are all set.
             let inside = widened(pattern, bits, false) << low;
             let around = !(widened(u64::MAX, bits, false) << low);
             for frame in [inside, inside | around] {
@@ -34,12 +34,12 @@ mod tests {
                 let same = found == expected || found.to_raw() == expected.to_raw();
                 assert!(same, "{} of {bits} bits at {low}: {found:?}, not {expected:?}", T::DATA_TYPE);
             }
-            // Into one that has nothing else.
+            // Packed into a frame that is otherwise empty.
             let mut pdo = P::from_raw(0);
             *field(&mut pdo) = expected;
             assert_eq!(pdo.to_raw() & !around, kept::<T>(inside, low), "{} of {bits} bits at {low}", T::DATA_TYPE);
             assert_eq!(pdo.to_raw() & around, 0, "{} of {bits} bits at {low} touches others", T::DATA_TYPE);
-            // And through the bytes of a frame.
+            // And by way of the bytes of a frame.
             let bytes = pdo.to_raw().to_le_bytes();
             let back = P::from_data(&bytes[..P::LENGTH]).expect("as many bytes as mapped");
             assert_eq!(back.to_raw(), pdo.to_raw());

@@ -1,4 +1,4 @@
-//! A machine, typed.
+//! A typed machine.
 #![no_std]
 
 pub mod machine {

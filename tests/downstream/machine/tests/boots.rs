@@ -1,4 +1,4 @@
-//! The machine boots in its simulation; its PDOs are the structs, its plan is that of the file.
+//! The machine boots in its simulation. Its PDOs are the generated structs; its boot plan is that of the file.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ fn a_machine_boots_and_its_nodes_are_methods() {
     m.io().write(io::WRITE_OUTPUT_8_BIT.at(1).unwrap(), 3).unwrap();
     assert_eq!(m.manager().heartbeat_period(), Some(Duration::from_millis(200)));
 
-    // What the manager sends is taken, and what the drive sends is heard by the I/O node as well.
+    // The drive takes what the manager sends, and the I/O node also receives what the drive sends.
     let controlword = feeder::Controlword(6);
     m.send(&feeder::Rpdo1 { controlword }.to_frame()).unwrap();
     let until = m.now() + Duration::from_millis(100);
@@ -53,7 +53,7 @@ async fn the_other_shell_boots_it_too() {
     assert_eq!(both.0.unwrap(), both.1.unwrap());
 }
 
-/// `lexican boot` carries out the file, and this the plan.
+/// `lexican boot` carries out the file, and the generated code the plan.
 #[test]
 fn the_plan_is_that_of_the_file() {
     let generated = PLAN.network::<Vec<u8>, 127>().unwrap();

@@ -7,13 +7,13 @@ mod od {
     lexican_runtime::include_od!("valve");
 }
 
-/// The valve: all it knows is in its dictionary.
+/// The valve. All its state is in its dictionary.
 pub struct Valve {
     od: od::Storage,
 }
 
 impl Valve {
-    /// As it leaves the works.
+    /// The valve as delivered.
     pub fn new(node: NodeId) -> Self {
         Valve { od: od::storage(node) }
     }
@@ -66,7 +66,7 @@ mod tests {
         assert_eq!(held, [1000, 2000, 0]);
         holds(&mut od, configured::STATION_NAME.address(), b"Line 4, left");
         holds(&mut od, configured::KEY.address(), &[0xC0, 0xFF, 0xEE]);
-        // The handle still knows what the device has when it comes from the works.
+        // The handle still has the default of the delivered device.
         assert_eq!(configured::SPEED.default(node), Some(100));
     }
 

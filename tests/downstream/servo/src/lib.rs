@@ -1,4 +1,4 @@
-//! The driver of a servo that does what CiA 402 says.
+//! The driver of a servo that complies with CiA 402.
 
 pub use od::driver::{Drive, Kind};
 
@@ -6,7 +6,7 @@ pub mod od {
     lexican_runtime::include_od!("servo");
 }
 
-/// A data sheet that `build.rs` makes of it.
+/// The variant that `build.rs` makes of the data sheet.
 pub mod otherwise {
     lexican_runtime::include_od!("otherwise");
 }

@@ -1,4 +1,4 @@
-//! The driver moves a servo; read at run time, the data sheet gives the same one.
+//! The generated driver moves a servo, and reading the data sheet at run time gives the same driver.
 
 use lexican_driver::description::{Description, Identity, Release};
 use lexican_driver::{Any, Error, HomingOutcome, Kind, Mode, Outcome};
@@ -36,13 +36,13 @@ fn the_driver_of_a_data_sheet_moves_its_drive() {
     drive.disable().unwrap();
 }
 
-/// The drive with another name, which it has not.
+/// The drive with a name that it does not have.
 const NAMED: Description = Description {
     identity: Identity { names: Some(&["Servo 8"]), ..od::driver::DESCRIPTION.identity },
     ..od::driver::DESCRIPTION
 };
 
-/// The drive with a quirk, which it has not.
+/// The drive with a quirk that it does not have.
 const QUIRKY: Description = Description { release: Release::WhenOver, ..od::driver::DESCRIPTION };
 
 enum Named {}
@@ -86,7 +86,7 @@ fn what_one_data_sheet_has_and_another_has_not_is_generated_as_it_is_read() {
     let read = Description::of_data_sheet(&Input::new(Source::new("otherwise.eds", sheet))).unwrap();
     let (generated, servo) = (otherwise::driver::DESCRIPTION, od::driver::DESCRIPTION);
     assert_eq!(format!("{read:#?}"), format!("{generated:#?}"));
-    // The fields that differ from those of the other data sheet.
+    // The fields in which the other data sheet differs.
     assert_eq!((generated.identity.vendor_ids.len(), servo.identity.vendor_ids), (2, &[0x2A][..]));
     assert!(generated.objects.actual_velocity.is_none() && servo.objects.actual_velocity.is_some());
     assert!(generated.profile.is_some() && servo.profile.is_none());

@@ -1,4 +1,4 @@
-//! A machine with a drive and a valve. It only prints where things lie.
+//! A machine with a drive and a valve. It only prints addresses.
 
 mod drive {
     lexican_runtime::include_od!("siko_ag03_1");

@@ -1,6 +1,6 @@
-//! Counts the instructions that a device takes for a frame: all calls of a main loop, with everything that is sent.
+//! Counts the instructions of a device for a frame: all calls of a main loop, including everything that is sent.
 //!
-//! QEMU lets each instruction take one nanosecond, so that the board's timer counts them.
+//! In QEMU, each instruction takes one nanosecond, so the board's timer counts instructions.
 #![no_std]
 #![no_main]
 
@@ -22,7 +22,7 @@ mod od {
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// Each frame comes so often: a tick of the timer is many instructions.
+/// The number of times each frame is sent, because a tick of the timer is many instructions.
 const TIMES: u32 = 1000;
 
 /// The timer counts down 25 million times per second, from 2²⁴.
@@ -35,7 +35,7 @@ struct Node {
 }
 
 impl Node {
-    /// In OPERATIONAL, with an RPDO and two TPDOs of three objects each; the TPDOs are sent at each SYNC.
+    /// A device in OPERATIONAL, with an RPDO and two TPDOs of three objects each, which are sent at each SYNC.
     fn new() -> Self {
         let mut od = od::storage(NODE);
         let rpdo = od::RPDO_1_MAPPING_PARAMETER;
@@ -64,7 +64,7 @@ impl Node {
         node
     }
 
-    /// Sends all that is due, and returns how many frames.
+    /// Sends all that is due, and returns the number of frames.
     fn send(&mut self) -> usize {
         let mut sent = 0;
         while let Some(frame) = self.device.poll_transmit(Instant::ZERO, &mut self.od) {
@@ -74,7 +74,7 @@ impl Node {
         sent
     }
 
-    /// What a main loop does with a frame.
+    /// Handles a frame as a main loop does.
     fn take(&mut self, frame: &Frame) -> usize {
         black_box(self.device.handle_frame(Instant::ZERO, frame, &mut self.od));
         let sent = self.send();

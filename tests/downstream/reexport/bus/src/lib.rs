@@ -1,3 +1,3 @@
-//! A company's own bus crate, which brings the runtime along.
+//! A company's own bus crate, which re-exports the runtime.
 
 pub use lexican_runtime as canopen;
