@@ -21,11 +21,11 @@ use socketcan::{CanErrorFrame, CanSocket, Socket};
 const SHORT: Duration = Duration::from_millis(50);
 const LONG: Duration = Duration::from_secs(5);
 
-/// An interface of the test's own, so that tests do not hear each other.
+/// An interface for one test, so that tests do not receive each other's frames.
 struct Interface(&'static str);
 
 impl Interface {
-    /// `None`, with the reason on the screen, where this machine cannot have one.
+    /// `None` if this machine cannot have one; prints the reason.
     fn new(name: &'static str) -> Option<Self> {
         let missing = if SocketCan::is_supported().is_err() {
             "no CAN in this kernel"
@@ -48,7 +48,7 @@ impl Drop for Interface {
     }
 }
 
-/// Panics where CAN is required; elsewhere the test is skipped.
+/// Skips the test, but panics if CAN is required.
 fn skip<T>(reason: &str) -> Option<T> {
     assert!(std::env::var_os("LEXICAN_REQUIRE_CAN").is_none(), "skipped although CAN is required: {reason}");
     println!("skipped: {reason}");
@@ -135,14 +135,14 @@ fn a_device_behind_filters_hears_its_pdo_under_the_identifier_that_sdo_has_just_
         for parameter in [0x8000_0000 | u32::from(cob_id), u32::from(cob_id)] {
             network.write_bytes(node, RPDO_COB_ID, &parameter.to_le_bytes()).unwrap();
         }
-        // Of no concern to the device any more, or never; and at once, the one that is.
+        // Identifiers that no longer or never concern the device, followed at once by the one that does.
         for id in [0x205, 0x334, 0x223, 0x606, 0x181, 0x7E5].into_iter().filter(|id| *id != cob_id) {
             network.send(&frame(id, &[0xFF; 4])).unwrap();
         }
         network.send(&frame(cob_id, &value.to_le_bytes())).unwrap();
         assert_eq!(network.read(node, SETPOINT).unwrap(), value);
     }
-    // Each time two downloads, the PDO, and an upload: nothing else came through.
+    // Per pass two downloads, the PDO and an upload: no other frame came through.
     assert_eq!(serving.heard() - before, 1 + 3 * 4, "the NMT command first");
 }
 
@@ -164,7 +164,7 @@ fn a_shell_that_listens_to_its_own_nodes_hears_no_others() {
         if let manager::Event::Pdo { frame, .. } = event {
             heard.push(frame.id().raw());
         } else {
-            // What had come before the filters were set is heard.
+            // Frames that came before the filters were set are received.
             assert!(matches!(event, manager::Event::BootedUp { .. }), "{event:?}");
         }
     }
@@ -202,7 +202,7 @@ fn a_tokio_shell_goes_on_when_its_interface_is_up_again_and_when_it_is_plugged_i
                 assert!(ip(&["link", "set", interface.0, "up"]));
             }
             while events.recv().await.unwrap() != Event::Bus(BusState::Active) {}
-            // The device's own link comes back in its own time: frames before that are lost.
+            // The device's own link reconnects at a time of its own; frames before that are lost.
             let mut answer = network.read(node, DEVICE_TYPE).await;
             for _ in 0..5 {
                 if answer.is_ok() {
@@ -255,7 +255,7 @@ fn an_interface_that_goes_down_is_told_and_comes_back() {
     assert!(ip(&["link", "set", interface.0, "down"]));
     hears(&mut a, Incoming::State(BusState::Down));
     assert!(matches!(a.send(&frame(1, &[])), Err(error @ LinkError::NoBus(BusState::Down)) if !error.is_final()));
-    // The other link learns it when it sends.
+    // The other link notices it when it sends.
     assert!(matches!(b.send(&frame(1, &[])), Err(LinkError::NoBus(BusState::Down))));
     hears(&mut b, Incoming::State(BusState::Down));
     assert!(ip(&["link", "set", interface.0, "up"]));
@@ -328,7 +328,7 @@ fn a_queue_that_stays_full_does_not_hold_up_a_tokio_shell() {
     let link = SocketCan::open(&interface.name).unwrap();
     link_support::run(async {
         let network = Network::spawn(link).unwrap();
-        // The sender gets an error; others have their turn meanwhile.
+        // The sender gets an error; others may send meanwhile.
         let flood = tokio::spawn({
             let network = network.clone();
             async move {
@@ -346,18 +346,19 @@ fn a_queue_that_stays_full_does_not_hold_up_a_tokio_shell() {
         }
         let error = flood.await.unwrap();
         assert!(matches!(error, LinkError::Full), "{error}");
-        // One or two if the frame held them up; how many otherwise depends on the kernel's ticks and what else runs.
+        // Only one or two if the frame blocked them; otherwise, the number depends on the kernel's ticks and on the
+        // load.
         assert!(turns >= 5, "while the frame waited for 100 ms, others had {turns} turns");
     });
 }
 
-/// An interface of the kernel's slcan driver, on a pseudo-terminal that is not read: the one kind of
-/// interface with a queue that needs no hardware.
+/// An interface of the kernel's slcan driver, on a pseudo-terminal that nobody reads: the only interface with a queue
+/// that needs no hardware.
 struct SerialInterface {
     name: String,
     driver: std::process::Child,
     _terminals: (serialport::TTYPort, serialport::TTYPort),
-    /// The kernel gives the name: who looks for it must be alone.
+    /// The kernel assigns the name, so only one test at a time may look for it.
     _alone: MutexGuard<'static, ()>,
 }
 
@@ -377,7 +378,7 @@ impl SerialInterface {
         let Ok(driver) = driver else { return skip("no ldattach here") };
         let deadline = WallClock::now() + std::time::Duration::from_secs(5);
         while WallClock::now() < deadline {
-            // By index, which the kernel gives once: the name is that of the interface before, when it has gone.
+            // By index, which the kernel never reuses; the name may be that of an earlier interface.
             let new = |(name, index): &(String, String)| name.starts_with("can") && !before.contains(index);
             if let Some((name, _)) = interfaces().into_iter().find(new) {
                 assert!(ip(&["link", "set", &name, "up"]));
@@ -396,7 +397,7 @@ impl Drop for SerialInterface {
     }
 }
 
-/// Name and index of each interface; one that goes away meanwhile is left out.
+/// Name and index of each interface, except for those that disappear meanwhile.
 fn interfaces() -> Vec<(String, String)> {
     let entries = std::fs::read_dir("/sys/class/net").unwrap().flatten();
     let index = |path: std::path::PathBuf| std::fs::read_to_string(path.join("ifindex")).ok();
@@ -415,7 +416,7 @@ fn frames_that_are_not_taken_in_time_are_counted_where_they_are_missing() {
             sent += 1;
         }
     };
-    // More than any buffer that was asked for holds.
+    // More than the requested buffers hold.
     send(30_000);
     let (mut heard, mut missing, mut next) = (0, 0, 0);
     let mut drain = |reader: &mut SocketCan| {
@@ -432,7 +433,7 @@ fn frames_that_are_not_taken_in_time_are_counted_where_they_are_missing() {
         }
         (heard, missing)
     };
-    // Though no frame follows those that are missing.
+    // Reported although no frame follows the missing ones.
     let (heard, missing) = drain(&mut reader);
     assert_eq!(heard + missing, 30_000);
     assert!(missing > 0, "nothing was dropped");

@@ -1,5 +1,5 @@
-//! What the dictionary of a manager says about a node is what the node is expected to be (CiA 302-2): each object
-//! goes into its own field of the plan.
+//! The expectations about a node in a manager's dictionary become those of its boot plan (CiA 302-2): each object sets
+//! its own field of the plan.
 
 use std::collections::BTreeMap;
 
@@ -43,7 +43,7 @@ fn expectations(plan: &BootPlan<&[u8]>) -> [Option<u32>; 5] {
 
 #[test]
 fn each_object_is_a_field_of_its_own() {
-    // Of another node, and of the manager as a whole, nothing is taken.
+    // Entries of another node, or of the manager as a whole, are not used.
     let expected = (0x1F84..=0x1F88).flat_map(|index| [(index, 0, 127), (index, 4, 4), (index, 5, u32::from(index))]);
     let configured = [(0x1F26, 5, 2_000), (0x1F27, 5, 3_000), (0x1F26, 4, 1), (0x1F27, 4, 1)];
     let mut objects = Objects::new(&expected.chain(configured).collect::<Vec<_>>());
@@ -60,7 +60,7 @@ fn what_is_0_or_missing_is_not_expected() {
         assert_eq!(expectations(&plan), [None; 5]);
         assert_eq!((plan.configured, plan.start, plan.keep_alive), (None, true, false));
     }
-    // A date without a time says nothing.
+    // A date without a time is no expectation.
     let mut objects = Objects::new(&[(0x1F26, 5, 2_000), (0x1F27, 5, 0)]);
     assert_eq!(BootPlan::load(NODE, NOTHING, &mut objects).configured, None);
 }

@@ -1,12 +1,12 @@
-//! What a data sheet cannot say of a drive: where the descriptions by hand differ from those that are read from the data
-//! sheets.
+//! What a data sheet cannot say about a drive: where the descriptions by hand differ from those that are read from the
+//! data sheets.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_driver::Description;
 use lexican_eds::library;
 
-/// The fields of a description, each as it prints itself; new fields are among them.
+/// The fields of a description as they print themselves, so that new fields are included.
 fn fields(description: &Description) -> BTreeMap<String, String> {
     let text = format!("{description:#?}");
     let mut fields = BTreeMap::<String, String>::new();
@@ -23,7 +23,7 @@ fn fields(description: &Description) -> BTreeMap<String, String> {
     fields
 }
 
-/// A description by hand differs from the data sheet's in these fields alone, and says why.
+/// A description by hand differs from the data sheet's only in these fields, and says why.
 #[track_caller]
 fn check(device: &str, by_hand: &Description, differ: &[(&str, &str)]) {
     let sheet = library::find(device).unwrap().input();
@@ -35,7 +35,7 @@ fn check(device: &str, by_hand: &Description, differ: &[(&str, &str)]) {
     assert_eq!(found, differ.iter().map(|(name, _)| *name).collect());
 }
 
-/// Of both of SIKO's drives.
+/// The fields that both of SIKO's drives have by hand.
 const SIKO: [(&str, &str); 20] = [
     ("approaches", "loop positioning is the maker's own"),
     ("calibration", "607Ch becomes the position as soon as it is written"),

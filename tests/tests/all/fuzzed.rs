@@ -1,4 +1,4 @@
-//! What is fuzzed (`cargo xtask fuzz`), over the committed inputs and those that were found, without libFuzzer.
+//! The fuzz targets (`cargo xtask fuzz`), run without libFuzzer on the committed inputs and on those that it has found.
 
 #[path = "../../../fuzz/src/lib.rs"]
 #[expect(unreachable_pub, reason = "it is a crate of its own, for libFuzzer")]
@@ -7,7 +7,7 @@ mod fuzz;
 use std::fs;
 use std::path::Path;
 
-/// Runs `target` over all files of a folder, with which its runs begin, too.
+/// Runs `target` on all files of a folder. Fuzzing starts with the same files.
 #[track_caller]
 fn check(target: fn(&[u8]), folder: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests lie in the workspace");
@@ -18,7 +18,7 @@ fn check(target: fn(&[u8]), folder: &str) {
         println!("{}", file.display());
         let input = fs::read(&file).expect("the input can be read");
         target(&input);
-        // Any beginning of it is an input, too.
+        // The beginning of an input is an input, too.
         (0..16).for_each(|part| target(&input[..input.len() * part / 16]));
     }
 }

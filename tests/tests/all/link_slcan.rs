@@ -27,7 +27,7 @@ fn hears(link: &mut Slcan, expected: Incoming) {
     assert_eq!(link.receive(until).unwrap(), Some(expected));
 }
 
-/// A terminal, whose other end a test plays.
+/// A terminal whose far end the test plays.
 fn terminal() -> (TTYPort, TTYPort, String) {
     let (mut far, near) = TTYPort::pair().unwrap();
     far.set_timeout(std::time::Duration::from_secs(5)).unwrap();
@@ -35,7 +35,7 @@ fn terminal() -> (TTYPort, TTYPort, String) {
     (far, near, path)
 }
 
-/// Answers the commands of an opening, each with what `answer` makes of it, and returns them.
+/// Answers the commands with which a link opens the adapter, each with `answer`; returns the commands.
 fn play_adapter(mut far: TTYPort, answer: fn(&str) -> &'static [u8]) -> JoinHandle<(TTYPort, Vec<String>)> {
     std::thread::spawn(move || {
         let mut commands = Vec::new();
@@ -75,7 +75,7 @@ fn an_adapter_is_set_up_and_carries_frames() {
 #[test]
 fn answers_to_an_earlier_user_are_not_taken_for_those_to_the_opening() {
     let (mut far, _near, path) = terminal();
-    // Some have come before, some come late.
+    // Bytes come before the commands, and late.
     far.write_all(b"\x07t12\x07\x07\x07").unwrap();
     let adapter = play_adapter(far, |command| match command {
         "" | "C" => b"\x07\x07",
@@ -101,7 +101,7 @@ fn a_bell_makes_the_link_ask_for_the_state() {
     let adapter = play_adapter(far, |_| b"\r");
     let mut link = Slcan::open(&path, settings(125_000)).unwrap();
     let (mut far, _) = adapter.join().unwrap();
-    // 20h: error passive, as of a controller whose frames are not acknowledged.
+    // 20h: error passive, as a controller reports whose frames are not acknowledged.
     let far = std::thread::spawn(move || {
         let mut question = [0; 2];
         far.write_all(b"\x07").unwrap();
@@ -131,7 +131,7 @@ fn a_terminal_that_nobody_reads_is_full_and_then_goes_on_with_whole_lines() {
     });
     assert!(matches!(refused, Some(LinkError::Full)), "{refused:?}");
 
-    // Everything that was not refused arrives whole, and so does what comes after.
+    // All frames that were not refused arrive whole, and so do the following ones.
     let reader = std::thread::spawn(move || {
         let mut decoder = Decoder::default();
         let mut heard = Vec::new();
@@ -175,7 +175,7 @@ fn an_adapter_that_is_unplugged_is_told_and_comes_back() {
 #[cfg(target_os = "linux")]
 #[test]
 fn waiting_for_an_adapter_that_is_gone_costs_no_time_of_the_processor() {
-    // By a name of its own: another test may get the number of a terminal that was closed.
+    // A name of its own, because another test may get the number of a closed terminal.
     let plug = std::env::temp_dir().join(format!("lexican-gone-{}", std::process::id()));
     let (far, near, path) = terminal();
     std::os::unix::fs::symlink(&path, &plug).unwrap();
@@ -190,7 +190,7 @@ fn waiting_for_an_adapter_that_is_gone_costs_no_time_of_the_processor() {
     assert!(used <= 20, "{used} of 100 ticks");
 }
 
-/// Two terminals back to back, until one of them is closed: what is written to one is read from the other.
+/// Two terminals back to back: what is written to one is read from the other, until one of them is closed.
 fn crossing() -> [(TTYPort, String); 2] {
     let [(one, one_near, one_path), (other, other_near, other_path)] = [terminal(), terminal()];
     let carry = |mut from: TTYPort, mut to: TTYPort| {

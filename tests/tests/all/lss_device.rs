@@ -1,5 +1,5 @@
-//! An LSS device over a reset of the communication (CiA 305): what was configured takes effect, and configuring is
-//! over.
+//! An LSS device at a reset communication (CiA 305): what was configured takes effect, and the configuration state
+//! ends.
 
 use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};
 use lexican_runtime::wire::lss::{Identity, LssState};
@@ -16,7 +16,7 @@ impl LssHost for Host {
     }
 }
 
-/// Sends the bytes of a request, filled up to eight; the answer's, if there is one.
+/// Sends a request, filled up to eight bytes, and returns the answer, if any.
 fn ask(device: &mut LssDevice, request: &[u8]) -> Option<Vec<u8>> {
     let mut data = [0; 8];
     data[..request.len()].copy_from_slice(request);

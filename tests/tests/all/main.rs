@@ -1,4 +1,4 @@
-//! What crosses crates.
+//! Tests that involve several crates.
 
 mod boot_plan;
 mod descriptions;

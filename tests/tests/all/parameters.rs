@@ -1,5 +1,5 @@
-//! The parameters of SIKO's drives behind all their interfaces, side by side: `PARAMETERS.md` in each drive's crate, and in
-//! what they differ from the objects.
+//! The parameters of SIKO's drives on all their interfaces, side by side: `PARAMETERS.md` in each drive's crate; and
+//! how they differ from the objects.
 //!
 //! `cargo xtask bless` writes the tables anew.
 
@@ -80,7 +80,7 @@ const SERIAL: [&str; 6] = [
     "serial T: no object",
 ];
 
-/// In what a parameter differs from its object, beside its number and its name.
+/// How a parameter differs from its object, besides number and name.
 fn differences(device: &Device, interface: &Interface, parameter: &Parameter) -> Vec<String> {
     let Some((index, sub)) = parameter.object() else { return vec!["no object".to_owned()] };
     let entry = device.entry(index, sub).expect("the rules find others");
@@ -111,7 +111,7 @@ fn differences(device: &Device, interface: &Interface, parameter: &Parameter) ->
         };
         found.push(parameter.values.iter().map(pair).collect::<Vec<_>>().join(", "));
     }
-    // Neighbours of an object that stand the other way round here.
+    // Neighbours of an object that are in the opposite order here.
     let is_swapped = |other: &&Parameter| {
         let Some((other_index, other_sub)) = other.object().filter(|_| other.elements == 1) else { return false };
         let is_neighbour = other_index == index && other_sub != sub && other_sub > 0 && sub > 0;
@@ -128,16 +128,16 @@ fn differences(device: &Device, interface: &Interface, parameter: &Parameter) ->
     found
 }
 
-/// The number that the manuals' chapters of parameters have for it, which stands in its description.
+/// The parameter's number in the manuals, which is in its description.
 fn number(parameter: &Parameter) -> Option<u8> {
     let (_, rest) = parameter.entry.description.as_deref()?.split_once("parameter ")?;
     rest.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
-/// The order of rows: the number, the object, and the name of a parameter that equals none.
+/// Sorts rows by number, then by object; a parameter without either has its name.
 type Key<'a> = (u8, Option<(u16, u8)>, &'a str);
 
-/// A row for each parameter, by its number, and a column for each interface.
+/// A row for each parameter, by number, and a column for each interface.
 fn table(name: &str, device: &Device) -> String {
     let mut rows: BTreeMap<Key<'_>, Vec<(&str, &Parameter)>> = BTreeMap::new();
     for (door, interface) in &device.interfaces {

@@ -1,5 +1,5 @@
-//! The device under test: the runtime's own, with the dictionary that is generated from `tests/conformance/device.eds`
-//! and a small application.
+//! The device under test: the runtime's device with the dictionary generated from `tests/conformance/device.eds`, and a
+//! small application.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::od;
 
 pub const NODE: NodeId = NodeId::literal(5);
 
-/// What the application does when it is written to.
+/// How a test makes the application act: the writes that it reacts to.
 pub const STIMULI: Stimuli = Stimuli {
     emergency: Some(Write { index: 0x2004, sub: 0, value: 0xCDAB_3120 }),
     input: Some(InputStimulus {
@@ -26,7 +26,7 @@ pub const STIMULI: Stimuli = Stimuli {
     }),
 };
 
-/// What survives a reset.
+/// The values that survive a reset.
 #[derive(Default)]
 struct Memory {
     stored: BTreeMap<Address, Vec<u8>>,

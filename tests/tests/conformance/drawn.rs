@@ -1,8 +1,8 @@
-//! Faults that are drawn: a seed alters one reaction of a right device, and some case notices.
+//! Random faults: a seed decides which reaction of a correct device is altered, and a case must notice it.
 //!
-//! What is altered is drawn from all that the device hears and sends in the cases, service by service, so that every part of
-//! its state machine has its turn. No verdict is put by hand: a case whose frames stay as they were shows nothing, what
-//! CiA 301 leaves open is allowed, and what is left has to make a case fail.
+//! The reaction is drawn from everything that the device receives and sends in the cases, service by service, so that
+//! every part of its state machine is covered. No verdict is written by hand: if the frames of the cases stay the same,
+//! the fault shows nothing; some faults CiA 301 allows; every other one has to make a case fail.
 //!
 //! `LEXICAN_SEEDS=1000..2000 cargo test -p lexican-tests --test conformance drawn -- --nocapture` tries other seeds.
 
@@ -19,7 +19,7 @@ use crate::{NONE, SUBJECTS, Subject, lss, name, sheet};
 
 const SEEDS: Range<u64> = 0..200;
 
-/// The case that sends what no client does, and needs no answer to it.
+/// The case that sends what no client sends, and needs no answer.
 const NONSENSE: &str = "301/7.2.4.3/4";
 
 /// SplitMix64.
@@ -38,13 +38,13 @@ impl Random {
     }
 }
 
-/// The pattern of all frames that are the same reaction, or the same request.
+/// A pattern for all frames of the same reaction or request.
 fn kind(text: &str) -> String {
     let Some((id, data)) = text.split_once('#') else { return text.to_owned() };
     let command = data.get(..2).and_then(|command| u8::from_str_radix(command, 16).ok());
     let known = match (id, command) {
         _ if data.starts_with('R') => 1,
-        // With the multiplexer, where there is one.
+        // With the multiplexer, if there is one.
         ("585" | "605", Some(0x21..=0x2F | 0x40..=0x4F | 0x80 | 0xA0 | 0xA4 | 0xC0 | 0xC2 | 0xC4 | 0xC6)) => 8,
         ("585", Some(0x60)) => 8,
         ("085", _) => 4,
@@ -55,7 +55,7 @@ fn kind(text: &str) -> String {
     format!("{id}#{}*", &data[..known.min(data.len())])
 }
 
-/// What is drawn from: the kinds of frames of each service that come in the cases.
+/// What faults are drawn from: the kinds of frames of each service in the cases.
 struct Reactions {
     plan: Vec<(&'static Case, Vec<String>)>,
     services: Vec<Vec<String>>,
@@ -77,7 +77,7 @@ enum How {
     Twice,
     WithoutLastByte,
     EverySecondTimeLate,
-    /// Written, as the device says, and not kept.
+    /// Confirmed, but not stored.
     Pretended,
     Refused,
     /// The number of the byte, and of the bit in it.
@@ -90,7 +90,7 @@ impl Reactions {
         let cases = plan.iter().filter(|(case, _)| case.id != NONSENSE);
         let kinds: BTreeSet<String> = cases.flat_map(|(_, frames)| frames).map(|text| kind(text)).collect();
         let mut services: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        // What else the device with LSS does, the cases of LSS do not judge.
+        // The cases of LSS judge nothing else of the device with LSS.
         let has_to_do = |kind: &String| subject.cases().any(|case| !lss::tests(&case)) || kind.starts_with("7E");
         for kind in kinds.into_iter().filter(has_to_do) {
             services.entry(kind.chars().take(6).collect()).or_default().push(kind);
@@ -119,7 +119,7 @@ impl Reactions {
     }
 }
 
-/// The NMT state that these frames lead to.
+/// The NMT state after these frames.
 fn state(frames: &[String]) -> NmtState {
     let last = frames.iter().rev().find_map(|text| match text.strip_prefix("000#")?.split_at_checked(2)? {
         (command, "05" | "00") => u8::from_str_radix(command, 16).ok(),
@@ -164,7 +164,7 @@ fn altered(how: How, pattern: &str) -> String {
     }
 }
 
-/// Why a device may do so.
+/// Why the standards allow a device to do so.
 fn allowed(drawn: &Drawn, sheet: &Sheet) -> Option<&'static str> {
     let byte_of =
         |at: usize| drawn.pattern.get(4 + 2 * at..6 + 2 * at).and_then(|byte| u8::from_str_radix(byte, 16).ok());
@@ -182,7 +182,7 @@ fn allowed(drawn: &Drawn, sheet: &Sheet) -> Option<&'static str> {
     let used = match command {
         0x00..=0x1F => 8 - usize::from(command >> 1 & 7),
         0x42..=0x4F => 8 - usize::from(command >> 2 & 3),
-        // Both values that are read as blocks, of 4 and of 11 bytes, end with byte 4 of their last segment.
+        // The values that are read by block have 4 and 11 bytes; both end at byte 4 of their last segment.
         0x81.. if command & 0x60 == 0 => 5,
         _ => 8,
     };
@@ -237,6 +237,6 @@ fn what_is_altered_by_chance_is_noticed() {
         println!("{fault}");
     }
     println!("{noticed} are noticed, {unchanged} change nothing, {may} are allowed, {} are unnoticed", unnoticed.len());
-    // Every new case changes what is drawn. What goes unnoticed then becomes the next one.
+    // Every new case changes what is drawn, so some faults become unnoticed; each is a reason for a further case.
     assert!(noticed > 100 && unnoticed.len() * 50 <= noticed, "{} of {noticed}", unnoticed.len());
 }

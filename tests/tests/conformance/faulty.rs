@@ -1,18 +1,18 @@
-//! A device that is wrong in one thing: the device under test behind a wrapper that alters the frames which come and go.
+//! A device with one fault: the device under test behind a wrapper that alters received and sent frames.
 //!
-//! What is altered is said by rules with semicolons between them. A rule begins with what it is about:
+//! Rules, separated by semicolons, describe the fault. A rule begins with its subject:
 //!
-//! - `heard FRAME`, `sent FRAME`: the device hears or sends a frame, which is lost unless the rule says more;
-//! - `every MS brings FRAME`: the device sends a frame again and again;
-//! - `sheet TEXT becomes TEXT`, `sheet SECTION has KEY=VALUE ...`: it is the data sheet that is wrong.
+//! - `heard FRAME`, `sent FRAME`: a frame that the device receives or sends; it is lost unless the rule says otherwise;
+//! - `every MS brings FRAME`: a frame that the device sends periodically;
+//! - `sheet TEXT becomes TEXT`, `sheet SECTION has KEY=VALUE ...`: a fault in the data sheet.
 //!
-//! Then it says what becomes of the frame: it `becomes FRAME`; the device does not hear it, and it is `answered FRAME`; it
-//! `brings FRAME` besides; it is `cut` by its last byte, `flipped BYTE:BITS`, or every second one is lost (`halved`) or comes
-//! later (`late MS`). Last, when: `in STATE`, which is the one that a manager has commanded; `after FRAME ...`, which have
-//! come one after the other; `until FRAME`, which has not come since.
+//! Then the rule says what happens to the frame: it `becomes FRAME`; it is `answered FRAME`, and the device does not
+//! receive it; it `brings FRAME` in addition; it is `cut` by its last byte, or `flipped BYTE:BITS`; every second one is
+//! lost (`halved`), or comes later (`late MS`). At the end, it says when: `in STATE`, the state that a manager has
+//! commanded; `after FRAME ...`, once these have come in order; `until FRAME`, as long as this one has not come since.
 //!
-//! Frames are patterns as candump writes them, in which `.` is any character and `*` any rest; where a frame becomes another,
-//! these stand for what was there.
+//! Frames are patterns in the notation of candump, where `.` is any character and `*` any rest. In a frame that
+//! replaces another, these keep the characters of the original.
 
 use std::collections::VecDeque;
 
@@ -20,19 +20,19 @@ use lexican_runtime::host::Node;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-/// What is wrong with a device.
+/// A fault of a device.
 #[derive(Default)]
 pub struct Fault {
-    /// In words.
+    /// The fault in words.
     pub title: &'static str,
     rules: Vec<Rule>,
     /// The rules about the data sheet.
     sheet: Vec<&'static str>,
-    /// The cases that notice.
+    /// The cases that must notice it.
     pub fails: &'static str,
 }
 
-/// The faults of a table, a line each: title, rules, and the cases that notice. Lines with `#` are headings.
+/// Parses a table of faults, one on each line: title, rules, and the cases that notice. Lines with `#` are headings.
 pub fn table(text: &'static str) -> Vec<Fault> {
     let rows = text.lines().filter(|line| !line.is_empty() && !line.starts_with("# "));
     rows.map(|row| {
@@ -54,7 +54,7 @@ pub fn fault(rules: &'static str) -> Fault {
 }
 
 impl Fault {
-    /// Whether the fault shows in a case where a device without it takes part in these frames.
+    /// Whether the fault can show in a case in which a device without it exchanges these frames.
     pub fn concerns(&self, frames: &[String]) -> bool {
         let come = |pattern: &str| frames.iter().any(|text| matches(pattern, text));
         let begins = |rule: &Rule| match rule.on {
@@ -83,15 +83,15 @@ impl Fault {
     }
 }
 
-/// When something happens, and what is done about it.
+/// When the rule applies, and what it does.
 #[derive(Clone)]
 struct Rule {
     on: On,
     act: Act,
     state: Option<NmtState>,
-    /// Holds only when these frames, heard or sent, have come one after the other,
+    /// Applies only once these frames, received or sent, have come in order,
     after: Vec<&'static str>,
-    /// and this one has not come since.
+    /// and as long as this one has not come since.
     until: Option<&'static str>,
 }
 
@@ -107,17 +107,17 @@ enum Act {
     Lose,
     LoseEverySecond,
     DelayEverySecond(Duration),
-    /// A byte of the frame has other bits.
+    /// Flips bits in a byte of the frame.
     Flip(usize, u8),
     Cut,
     Become(&'static str),
-    /// The device does not hear the frame; this is its answer.
+    /// The device does not receive the frame; this is its answer.
     Answer(&'static str),
-    /// The device sends this besides.
+    /// The device sends this frame in addition.
     Add(&'static str),
 }
 
-/// Words of a rule with others behind them.
+/// The words of a rule that have arguments.
 const VERBS: [&str; 11] =
     ["heard", "sent", "every", "becomes", "answered", "brings", "flipped", "late", "in", "after", "until"];
 
@@ -160,18 +160,18 @@ impl Rule {
     }
 }
 
-/// Where a rule stands.
+/// The progress of a rule.
 #[derive(Clone, Copy)]
 struct Progress {
-    /// How many of the frames it comes after have come.
+    /// How many of the frames in `after` have come.
     seen: usize,
-    /// How often it has applied.
+    /// How often the rule has applied.
     applied: u64,
     over: bool,
     next: Option<Instant>,
 }
 
-/// The state that a command leads to, when the device has booted again.
+/// The state after a command, when the device has booted again.
 pub fn commanded(command: u8) -> NmtState {
     match NmtCommand::from_code(command).map(NmtCommand::target) {
         Some(state @ (NmtState::Operational | NmtState::Stopped)) => state,
@@ -179,7 +179,7 @@ pub fn commanded(command: u8) -> NmtState {
     }
 }
 
-/// A device with a fault, or without.
+/// A device with or without a fault.
 pub struct Faulty<N> {
     inner: N,
     rules: Vec<Rule>,
@@ -203,7 +203,7 @@ impl<N> Faulty<N> {
         in_state && !progress.over && progress.seen == rule.after.len()
     }
 
-    /// What rules come after has come.
+    /// Checks the frame against the `after` and `until` of the rules.
     fn take_note(&mut self, now: Instant, text: &str) {
         for (rule, progress) in self.rules.iter().zip(&mut self.progress) {
             if rule.until.is_some_and(|until| matches(until, text)) {
@@ -217,7 +217,7 @@ impl<N> Faulty<N> {
         }
     }
 
-    /// What becomes of a frame: it passes on, perhaps as another.
+    /// Applies the rules to a frame. Returns the frame that passes on, if any.
     fn alter(&mut self, now: Instant, frame: Frame, concerns: fn(&On) -> Option<&'static str>) -> Option<Frame> {
         let text = frame.to_string();
         for at in 0..self.rules.len() {
@@ -318,7 +318,7 @@ pub fn matches(pattern: &str, text: &str) -> bool {
     same && head.bytes().zip(text.bytes()).all(|(wanted, is)| wanted == b'.' || wanted == is)
 }
 
-/// The frame that a pattern describes, with what another has in the places that are open.
+/// The frame that a pattern describes, with the characters of another frame in the open places.
 fn filled(pattern: &str, other: &str) -> Frame {
     let (head, rest) = pattern.strip_suffix('*').map_or((pattern, ""), |head| (head, &other[head.len()..]));
     let mut text: Vec<u8> = head.bytes().chain(rest.bytes()).collect();

@@ -1,4 +1,4 @@
-//! A computer that is late accuses no device.
+//! Lateness of the tester's computer makes no device fail.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use crate::device::DeviceUnderTest;
 use crate::faulty::{Fault, Faulty};
 use crate::{DATA_SHEET, NONE, SUBJECTS, link_to, lss, name, run, settings, sheet};
 
-/// A link whose reader is not woken in time now and then, as on a machine that has other work.
+/// A link whose reader is sometimes woken late, as on a busy machine.
 struct Late {
     inner: VirtualLink,
     waiting: VecDeque<Incoming>,
@@ -65,7 +65,8 @@ fn what_the_testers_own_lateness_explains_is_not_decided() {
     assert!(undecided > 0 && passed > 5 * undecided, "{passed} passed, {undecided} not decided");
 }
 
-/// Lateness excuses no fault that it does not explain: neither the tester's nor that of a device's computer.
+/// Lateness explains no fault that does not depend on time: neither lateness of the tester nor that of a device's
+/// computer.
 #[test]
 fn a_late_tester_notices_what_does_not_depend_on_time() {
     for (title, plan) in [
@@ -83,7 +84,7 @@ fn a_late_tester_notices_what_does_not_depend_on_time() {
     }
 }
 
-/// A device that is late by itself is not excused: this computer was not.
+/// The lateness of a device is no excuse if this computer was not late.
 #[test]
 fn on_a_quiet_computer_a_late_device_fails() {
     let case = SUBJECTS[0].cases().find(|case| case.plan == "7.102").unwrap();
@@ -93,14 +94,14 @@ fn on_a_quiet_computer_a_late_device_fails() {
     assert!((0..20).all(decided));
 }
 
-/// A device whose program is not woken in time now and then.
+/// A device whose program is sometimes woken late.
 struct Sleepy<N> {
     inner: N,
     waiting: VecDeque<Frame>,
     until: Instant,
     state: u64,
     by: Duration,
-    /// What knows of it: the computer that the tester runs on as well; and how much of it.
+    /// What it tells of its lateness to the computer that the tester runs on, too, and how much it tells.
     host: HostLateness,
     says: Duration,
 }
@@ -108,7 +109,7 @@ struct Sleepy<N> {
 impl<N> Sleepy<N> {
     fn sleeps(&mut self, now: Instant) -> bool {
         self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        // Two naps without a pause would be one that is twice as long.
+        // Two naps without a pause between them would be one nap of twice the length.
         if now >= self.until + self.by && (self.state >> 33).is_multiple_of(40) {
             self.until = now + self.by;
             self.host.saw(self.says);
@@ -147,21 +148,21 @@ impl<N: Node> Node for Sleepy<N> {
     }
 }
 
-/// A device that sleeps by so many milliseconds, and says so to the computer that it knows.
+/// A device that sleeps for `by_ms`, and tells `host` of `says_ms`.
 fn sleepy(fault: &Fault, seed: u64, [by_ms, says_ms]: [u64; 2], host: HostLateness) -> VirtualLink {
     let (inner, waiting, until) = (Faulty::new(DeviceUnderTest::new(), fault), VecDeque::new(), Instant::ZERO);
     let [by, says] = [by_ms, says_ms].map(Duration::from_millis);
     link_to(Sleepy { inner, waiting, until, state: seed, by, host, says })
 }
 
-/// `knows` is whether the tester knows how late its computer is.
+/// `knows` says whether the tester knows how late its computer is.
 fn run_sleepy(case: &Case, seed: u64, by_ms: u64, knows: bool, fault: &Fault) -> Outcome {
     let settings: Settings = settings();
     let host = if knows { settings.host.clone() } else { HostLateness::default() };
     run(case, &sheet(DATA_SHEET), &settings, &mut sleepy(fault, seed, [by_ms; 2], host)).0
 }
 
-/// A device on the tester's own computer is late with it.
+/// A device on the tester's own computer is late when that is.
 #[test]
 fn what_the_lateness_of_a_devices_computer_explains_is_not_decided() {
     let (mut passed, mut undecided, mut wrong) = (0, 0, Vec::new());
@@ -178,7 +179,7 @@ fn what_the_lateness_of_a_devices_computer_explains_is_not_decided() {
     assert!(undecided > 0 && passed > 5 * undecided, "{passed} passed, {undecided} not decided");
 }
 
-/// Of a computer that was later than it knows, a failure by time counts when it comes twice.
+/// If the computer was later than it knows, a timing failure counts only when it happens twice.
 #[test]
 fn on_a_late_computer_a_failure_by_time_is_tried_again() {
     let case = SUBJECTS[0].cases().find(|case| case.plan == "7.102").unwrap();

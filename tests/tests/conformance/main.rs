@@ -1,10 +1,9 @@
-//! The 127 cases of CiA's conformance test plan, against the device of `tests/conformance/device.eds`: the runtime's
-//! own, with the dictionary that is generated from that data sheet; and the cases of LSS, against that of
-//! `tests/conformance/lss.eds`.
+//! The 127 cases of CiA's conformance test plan against the runtime's device, with the dictionary generated from
+//! `tests/conformance/device.eds`; and the cases of LSS against the device of `tests/conformance/lss.eds`.
 //!
-//! That each case notices what it is about is shown by faults: devices that are wrong in one thing.
+//! Faults show that each case notices what it is about: each is a device with one mistake.
 //!
-//! The table of verdicts is shown by `cargo test -p lexican-tests --test conformance -- --nocapture`.
+//! `cargo test -p lexican-tests --test conformance -- --nocapture` prints the table of verdicts.
 
 #![allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
 
@@ -30,7 +29,7 @@ use lexican_eds::{Input, Source};
 use lexican_runtime::Duration;
 use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
 
-/// A device under test, and the cases and faults that it is for.
+/// A device under test, with its cases and faults.
 struct Subject {
     data_sheet: &'static str,
     node: fn() -> Box<dyn Node + Send>,
@@ -47,7 +46,7 @@ static SUBJECTS: [Subject; 3] = [
         tests: |case| !lss::tests(case),
         faults: LazyLock::new(|| table(include_str!("../../conformance/faults/device.txt"))),
     },
-    // Any device can be tested so: an emergency is brought by an RPDO that is too short.
+    // This works for any device: an RPDO that is too short causes an emergency.
     Subject {
         data_sheet: DATA_SHEET,
         node: || Box::new(DeviceUnderTest::new()),
@@ -73,7 +72,7 @@ fn sheet(text: &str) -> Sheet {
     Sheet::of(&Input::new(Source::new("device.eds", text)))
 }
 
-/// The number in the plan, or the id of a case that it does not have.
+/// The number in the plan; the id if the plan does not have the case.
 fn name(case: &Case) -> &'static str {
     if case.plan.is_empty() { case.id } else { case.plan }
 }
@@ -94,7 +93,7 @@ impl Subject {
         cases().filter(self.tests)
     }
 
-    /// Runs a case on a device of its own, with a fault or without.
+    /// Runs a case on a new device, with a fault or without.
     fn run(&self, case: &Case, sheet: &Sheet, fault: &Fault) -> (Outcome, Vec<String>) {
         let settings = Settings { stimuli: self.stimuli, ..settings() };
         run(case, sheet, &settings, &mut link_to(Faulty::new((self.node)(), fault)))
@@ -108,7 +107,7 @@ fn link_to(node: impl Node + Send + 'static) -> VirtualLink {
     bus.link()
 }
 
-/// Runs a case on a device: the outcome, and the frames that it took.
+/// Runs a case on a device. Returns the outcome and the frames.
 fn run(case: &Case, sheet: &Sheet, settings: &Settings, link: &mut dyn Link) -> (Outcome, Vec<String>) {
     let cancelled = AtomicBool::new(false);
     let mut tester = Tester::new(link, sheet, settings, &cancelled);
@@ -142,7 +141,7 @@ fn the_plan_has_127_cases_and_no_name_stands_twice() {
     assert_eq!((plan.len(), cases().filter(|case| !case.plan.is_empty()).count()), (127, 127));
 }
 
-/// Each fault makes just those cases fail that are about it, and each case is about one.
+/// Each fault makes only the cases about it fail, and each case notices a fault.
 #[test]
 fn every_fault_is_noticed_and_every_case_notices_one() {
     let (mut noticed, mut wrong) = (BTreeSet::new(), Vec::new());
@@ -165,7 +164,7 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
     assert_eq!(blind, [""; 0], "these cases notice nothing");
 }
 
-/// What that test has seen, for people.
+/// The result of that test as a page.
 #[test]
 fn the_golden_page_of_faults_is_current() {
     let rows = cases().map(|case| {

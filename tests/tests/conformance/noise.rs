@@ -1,10 +1,10 @@
-//! What else is on the bus changes no verdict: each case listens to its own service.
+//! Other traffic on the bus changes no verdict: each case listens only to its own service.
 
 use crate::faulty::fault;
 use crate::{NONE, SUBJECTS, name, sheet};
 
-/// What is injected, how frames begin by which a case has to do with it, its rules, and the cases that are about its absence. A
-/// device that loses its node-ID (`7E5#11FF`) has no heartbeat.
+/// The injected traffic, the beginnings of frames by which a case is concerned with it, its rules, and the cases about
+/// its absence. A device that loses its node-ID (`7E5#11FF`) has no heartbeat.
 const NOISE: &[(&str, &[&str], &str, &str)] = &[
     (
         "heartbeats of the device",

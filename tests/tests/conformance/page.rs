@@ -1,4 +1,4 @@
-//! The pages which say by what fault each case is made to fail. `LEXICAN_BLESS=1` writes them.
+//! The pages that list the faults by which each case is made to fail. `LEXICAN_BLESS=1` writes them.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -6,7 +6,8 @@ use std::path::Path;
 
 use lexican_conform::Case;
 
-/// Compares a page of `tests/conformance` with these rows: each case, with the faults that it notices. That it does, another
+/// Compares a page of `tests/conformance` with rows of cases and the faults that each notices. Another test checks that
+/// it does.
 /// test has seen.
 #[track_caller]
 pub fn is_current<'a>(file: &str, head: &str, rows: impl Iterator<Item = (&'a Case, Vec<&'a str>)>) {

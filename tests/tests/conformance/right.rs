@@ -1,4 +1,4 @@
-//! Devices that answer in another way than ours, and are right: no case fails on them.
+//! Correct devices that answer otherwise than the runtime's: no case fails on them.
 
 use lexican_conform::Verdict;
 use lexican_runtime::host::Node;
@@ -24,7 +24,7 @@ fn no_case_fails_on_a_device_that_is_right_in_another_way() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Goes on to OPERATIONAL when it has booted (CiA 302-2).
+/// A device that enters OPERATIONAL by itself when it has booted (CiA 302-2).
 struct StartsItself(Faulty<DeviceUnderTest>);
 
 impl Node for StartsItself {
@@ -57,7 +57,7 @@ fn no_case_fails_on_a_device_that_starts_itself() {
     let number: u32 = count.split_once('=').unwrap().1.trim().parse().unwrap();
     let more = number + 1;
     let says_so = format!("{list}[OptionalObjects]\nSupportedObjects={more}\n{more}=0x1F80\n{rest}");
-    // It does so by local control otherwise.
+    // Without 1F80h, it does so by local control.
     for (text, startup) in [(&*says_so, STARTUP), (SUBJECTS[0].data_sheet, "")] {
         let sheet = sheet(text);
         assert!(!sheet.is_unfit, "{}", sheet.findings);
@@ -71,7 +71,7 @@ fn no_case_fails_on_a_device_that_starts_itself() {
 
 #[test]
 fn a_client_whose_identifiers_could_not_be_put_back_is_not_stored() {
-    // 1280h has what no service may have, and there is no 1011h.
+    // 1280h has the identifier that no service may have, and there is no 1011h.
     let no_restore = fault(
         "sheet 1011 becomes 1F98; heard 605#..981F* becomes 605#..1110*; sent 585#..1110* becomes 585#..981F*; heard \
          605#40801201* answered 585#4380120100000000 until 605#23801201*; heard 605#2380120100000000 answered \

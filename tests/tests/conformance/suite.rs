@@ -1,4 +1,4 @@
-//! What a whole test leaves in a device, and what it does not touch.
+//! The state in which a whole test leaves a device, and what it does not touch.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,21 +21,21 @@ use crate::{DATA_SHEET, lss, settings, sheet};
 /// A device that keeps its values over a reset.
 const KEEPS: &str = "heard 000#8105 answered 705#00; heard 000#8205 answered 705#00";
 
-/// The same, and once its event timer is set, it sends for ever.
+/// The same, and once its event timer is set, it never stops sending.
 const SENDS_FOR_EVER: &str = "heard 000#8105 answered 705#00; every 1 brings 185#3412 after 605#2B00180564*";
 
-/// The same, and 1015h is written once.
+/// The same, and 1015h can be written only once.
 const IS_WRITTEN_ONCE: &str =
     "heard 000#8105 answered 705#00; heard 605#2B151000* answered 585#8015100022000008 after 605#2B151000*";
 
-/// 1000h is another.
+/// A device with another value of 1000h.
 const WRONG: &str = "heard 605#40001000* answered 585#4300100000000000";
 
 const RIGHT: &str = "";
 
 /// What happens to a device once, when 1015h is written.
 enum Event {
-    /// It hears nothing for so many seconds.
+    /// It receives nothing for this many seconds.
     Dozes(u64),
     /// It resets itself.
     Resets,
@@ -102,7 +102,7 @@ struct Rig {
 }
 
 impl Rig {
-    /// Of a device that is wrong by these rules.
+    /// A test of a device that is faulty by these rules.
     fn of(rules: &'static str) -> Self {
         Self::with(Faulty::new(DeviceUnderTest::new(), &fault(rules)))
     }
@@ -117,7 +117,7 @@ impl Rig {
 
     fn values(&self) -> BTreeMap<Address, Vec<u8>> {
         let mut network = Network::new(self.bus.link());
-        // But for the error history, which has what happened.
+        // Without the error history, which records what has happened.
         let kept = |entry: &&Entry| entry.access.writable() && entry.access.readable() && entry.index != 0x1003;
         let entries = self.sheet.device.entries().filter(kept);
         let addresses: Vec<_> = entries.map(|entry| Address::new(entry.index, entry.sub)).collect();
@@ -142,7 +142,7 @@ impl Rig {
     }
 }
 
-/// The device has objects of a drive, and no drive that could be seen to stand.
+/// The device has objects of a drive, but no drive whose standstill can be observed.
 fn without_motion() -> Settings {
     Settings { allow: [Hazard::Manufacturer, Hazard::Outputs].into(), ..settings() }
 }
@@ -156,7 +156,7 @@ fn what_is_not_allowed_is_not_written() {
     let tally = report.tally();
     assert_eq!((report.cases.len(), tally.failed, tally.unfinished), (cases().count(), 0, 0));
     assert!(tally.not_allowed >= 10, "{tally:?}");
-    // Whatever begins to write: at once, in segments, or as a block.
+    // Every request that begins a write: expedited, in segments, or as a block.
     let begins = ["23", "27", "2B", "2F", "20", "21", "22", "C2", "C6", "C0", "C4"];
     for frame in rig.frames.lock().unwrap().iter() {
         let Some(request) =
@@ -182,7 +182,7 @@ fn what_was_written_is_put_back_even_if_no_reset_does_so() {
     }
 }
 
-/// Ends the test as soon as a case has begun that writes.
+/// Cancels the test as soon as a case begins that writes.
 struct Impatient<'a>(&'a AtomicBool, usize);
 
 impl Observer for Impatient<'_> {
@@ -224,7 +224,7 @@ fn what_could_not_be_put_back_is_in_the_report() {
     assert_eq!(report.cases[0].notes, [sentence]);
 }
 
-/// What LSS changes is no entry, and has no reset.
+/// LSS changes the node-ID, which is no entry and is not reset.
 #[test]
 fn a_device_has_its_node_id_again_wherever_a_test_of_lss_ends() {
     for last in ["", "7E5#117F", "7E5#11FF", "000#8205", "7E5#4C", "7E5#51580000000501", "7E5#130003"] {
@@ -265,7 +265,7 @@ const NO_BLOCK_UPLOADS: &str =
     "heard 605#A0* answered 585#80......01000405; heard 605#A4* answered 585#80......01000405";
 const NO_CHECKSUMS: &str = "heard 605#C6* answered 585#80......01000405";
 
-/// Blocks are optional, in either direction.
+/// Blocks are optional in both directions.
 #[test]
 fn a_server_without_blocks_is_not_tested_by_them() {
     for (rules, excused, failed) in [
@@ -289,7 +289,7 @@ fn a_server_without_blocks_is_not_tested_by_them() {
     }
 }
 
-/// A device that takes its time for each answer.
+/// A device that delays each answer.
 struct Slow {
     inner: DeviceUnderTest,
     answers: VecDeque<(Instant, Frame)>,
@@ -388,7 +388,7 @@ fn a_bus_that_was_lost_is_waited_for() {
     }
 }
 
-/// A device that is gone after a request, as after a crash: for ever, or until something brings it back.
+/// A device that is silent after a request, as after a crash: for ever, or until something restores it.
 #[test]
 fn a_device_that_does_not_come_back_ends_no_other_chapter() {
     const CRASHES: &str = "heard * after 605#2B151000*";
@@ -414,7 +414,7 @@ fn a_device_that_does_not_come_back_ends_no_other_chapter() {
     assert_eq!(report.not_put_back, [""; 0]);
 }
 
-/// A device that forgets nothing has its old values by being stored again.
+/// If a reset does not restore the values, they are restored by storing them again.
 #[test]
 fn storage_that_has_grown_is_named() {
     // 1011h does nothing.
@@ -444,7 +444,8 @@ fn nothing_is_tested_by_an_unfit_data_sheet_or_without_a_device() {
     assert_eq!((report.cases.len(), report.ended_early), (0, Some(Ended::Silent(settings.node))));
 }
 
-/// A case that needs what another case is about is not failed by it, whether that one is asked for or not.
+/// A case that depends on the subject of another case does not fail because of it, whether or not the other one is
+/// selected.
 #[test]
 fn what_a_failed_case_is_about_blocks_the_cases_that_need_it() {
     const SENDS_NO_EMERGENCY: &str = "heard 605#23042000* answered 585#6004200000000000";
@@ -459,12 +460,12 @@ fn what_a_failed_case_is_about_blocks_the_cases_that_need_it() {
     let (one, _, outcome) = verdicts(&["5.5"]);
     let why = "one emergency of eight bytes was expected, nothing came".to_owned();
     assert_eq!((one, outcome), (vec![("5.5", "blocked")], Err(Verdict::Blocked("301/7.2.7/1", why))));
-    // The same step fails, and the case that is about it does not.
+    // The same step fails, but the case about it passes.
     let report = Rig::of("sent 705#04 in STOPPED").test(&settings(), &["10.4"]);
     assert_eq!((report.cases[0].verdict(), report.root_causes().len()), ("failed", 0));
 }
 
-/// CiA's tool makes emergencies by an RPDO without bytes: what is wrong with them is found without a stimulus of the device.
+/// CiA's tool causes emergencies by an RPDO without bytes, so mistakes in them are found without a stimulus.
 #[test]
 fn emergencies_are_tested_by_a_short_rpdo() {
     let cases = ["5.4", "5.6", "301/7.5.2.4/3", "301/7.5.2.18/1", "301/7.2.2.1/2"];

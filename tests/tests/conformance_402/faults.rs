@@ -1,4 +1,4 @@
-//! Servos that are wrong in one thing each, and the cases that notice. The servo has node-ID 5, takes orders by RPDO 1, and
+//! Servos with one mistake each, and the cases that notice it. The servo has node-ID 5, takes orders by RPDO 1, and
 //! shows its state by SDO.
 
 use std::sync::LazyLock;
@@ -12,18 +12,19 @@ use simulator::servo::{FaultCodes, Scales, Servo, ServoModel};
 use crate::faulty::{Fault, named};
 use crate::od;
 
-/// A servo, and what is wrong with it or its frames.
+/// A servo with a fault, either of its own or in its frames.
 pub struct DriveFault {
     pub model: ServoModel,
     pub frames: Fault,
-    /// Whether the servo itself is wrong, so that no frame says which cases are concerned.
+    /// Whether the fault is in the servo itself, so that no frame tells which cases it concerns.
     pub servo: bool,
 }
 
 /// The servo without a fault.
 pub static MODEL: ServoModel = SERVO;
 
-/// With velocities in revolutions per minute and positions in revolutions: as fast as it can be, it lags behind every ramp of the test.
+/// Velocities are in revolutions per minute and positions in revolutions, so that even at its fastest, it lags behind
+/// every ramp of the test.
 pub static SLOW: ServoModel = ServoModel { scales: |_| Scales { velocity: 1.0 / 60.0, acceleration: 1.0 }, ..SERVO };
 
 const SERVO: ServoModel = ServoModel { storage: |node| Box::new(od::storage(node)), ..ServoModel::CIA_402 };
@@ -33,7 +34,7 @@ impl DriveFault {
         self.servo || self.frames.concerns(frames)
     }
 
-    /// Whether just those cases have failed that are to notice, of all.
+    /// Whether, of all cases, exactly those have failed that must notice the fault.
     pub fn is_noticed_by(&self, failed: &[&str], all: &[&str]) -> bool {
         let named = self.frames.fails.strip_prefix("all but ");
         let passed = all.iter().filter(|id| !failed.contains(id)).copied();
@@ -52,12 +53,12 @@ fn servo(title: &'static str, model: ServoModel, fails: &'static str) -> DriveFa
     DriveFault { model, frames: named(title, "", fails), servo: true }
 }
 
-/// The servo shows something else than it measures.
+/// The servo shows something other than it measures.
 fn shows(title: &'static str, publish: fn(&Servo, Instant, &mut dyn Storage), fails: &'static str) -> DriveFault {
     servo(title, ServoModel { publish, ..SERVO }, fails)
 }
 
-/// The servo does something else with what is written.
+/// The servo handles a write wrongly.
 fn writes(
     title: &'static str,
     written: fn(&mut Servo, Instant, &mut dyn Storage, Address),
@@ -66,12 +67,12 @@ fn writes(
     servo(title, ServoModel { written, ..SERVO }, fails)
 }
 
-/// The servo has other transitions.
+/// The servo has wrong transitions.
 fn follows(title: &'static str, transitions: &[Transition], fails: &'static str) -> DriveFault {
     servo(title, ServoModel { transitions: Transitions(transitions.to_vec().leak()), ..SERVO }, fails)
 }
 
-/// One transition more.
+/// The transitions, and an additional one.
 fn with(from: State, to: State, command: Command) -> Vec<Transition> {
     let more = Transition { number: 0, from, to, cause: Cause::Command(command) };
     [&[more], Transitions::CIA_402.0].concat()
@@ -95,14 +96,14 @@ fn set(od: &mut dyn Storage, bits: u64) {
     od.set_raw(at(0x6041), word | bits);
 }
 
-/// An object always has one value, whatever is written.
+/// An object keeps one value, whatever is written.
 fn keep(od: &mut dyn Storage, written: Address, index: u16, value: u64) {
     if written == at(index) {
         od.set_raw(written, value);
     }
 }
 
-/// An object has another value than one that is written.
+/// An object takes another value than the one written.
 fn becomes(od: &mut dyn Storage, written: Address, index: u16, [from, to]: [u64; 2]) {
     if written == at(index) && od.raw(written) == Some(from) {
         od.set_raw(written, to);

@@ -1,9 +1,9 @@
-//! The cases of CiA 402, against the simulated servo of `tests/conformance/servo.eds`. Those of the library take them in
-//! `cli/tests/all/conform.rs`.
+//! The cases of CiA 402 against the simulated servo of `tests/conformance/servo.eds`. `cli/tests/all/conform.rs` runs
+//! them against the drives of the library.
 //!
-//! That each case notices what it is about is shown by faults: servos that are wrong in one thing.
+//! Faults show that each case notices what it is about: each is a servo with one mistake.
 //!
-//! The table of verdicts is shown by `cargo test -p lexican-tests --test conformance_402 -- --nocapture`.
+//! `cargo test -p lexican-tests --test conformance_402 -- --nocapture` prints the table of verdicts.
 
 #![allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
 
@@ -70,7 +70,7 @@ fn the_servo_passes_every_case() {
     assert_eq!(failed, [""; 0]);
 }
 
-/// It does what it is told, and is told too much: `--velocity` says what it can do.
+/// The orders are beyond the drive's limits; `--velocity` would adapt them.
 #[test]
 fn no_drive_fails_for_being_slow() {
     let (sheet, mut slow) = (sheet(), 0);
@@ -88,7 +88,7 @@ fn name(case: &Case) -> &'static str {
     case.id.trim_start_matches("402/")
 }
 
-/// Each fault makes just those cases fail that are about it, and each case is about one.
+/// Each fault makes only the cases about it fail, and each case notices a fault.
 #[test]
 fn every_fault_is_noticed_and_every_case_notices_one() {
     let sheet = sheet();
@@ -113,7 +113,7 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
     assert_eq!(blind, [""; 0], "these cases notice nothing");
 }
 
-/// What that test has seen, for people.
+/// The result of that test as a page.
 #[test]
 fn the_golden_page_of_faults_is_current() {
     let rows = profile_cases().map(|case| {

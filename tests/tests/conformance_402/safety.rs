@@ -1,4 +1,4 @@
-//! What a test leaves of a drive's motion: after a case, after Ctrl-C, at a time limit, and of a drive that cannot be stopped.
+//! How a test ends a drive's motion: after a case, at Ctrl-C, at a time limit; and for a drive that cannot be stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -16,11 +16,11 @@ use crate::{NODE, servo, settings, sheet};
 
 const RIGHT: &str = "";
 
-/// Does not obey disable voltage once it has a set-point.
+/// A drive that ignores disable voltage once it has a set-point.
 const RUNS_ON: &str =
     "heard 205#0000 after 205#1F00; heard 605#2B4060000000* answered 585#6040600000000000 after 205#1F00";
 
-/// Tests a drive that is wrong by these rules; `stop` is set when a set-point has come, if the test is to be cancelled then.
+/// Tests a drive that is faulty by these rules. With `cancel`, the test is cancelled at the first set-point.
 fn tested(rules: &'static str, settings: &Settings, names: &[&str], cancel: bool) -> (Report, Vec<String>, State) {
     let (bus, frames) = (VirtualBus::with_bit_rate(500), Arc::new(Mutex::new(Vec::new())));
     bus.attach(Faulty::new(servo(&MODEL), &fault(rules)));
@@ -38,7 +38,7 @@ fn tested(rules: &'static str, settings: &Settings, names: &[&str], cancel: bool
     (report, frames, State::from_status_word(u16::from_le_bytes([word[0], word[1]])).unwrap())
 }
 
-/// After the last set-point the drive is disabled, and its position is read until it stands, before it is reset.
+/// After the last set-point, the drive is disabled and its position is read until it stands; only then it is reset.
 fn is_stopped_before_its_reset(frames: &[String]) {
     let last = |text: &str| frames.iter().rposition(|frame| frame.starts_with(text));
     let (ordered, disabled, reset) = (last("205#1F00"), last("205#0000"), last("000#8105"));

@@ -1,4 +1,4 @@
-//! Devices behind real links, and what a tokio shell has to do with eight of them.
+//! Devices behind real links, and a test of a tokio shell with eight of them.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::sync::Arc;
@@ -34,11 +34,11 @@ static TABLE: Table = Table {
         Row::new(0x2000, 0, DataType::Unsigned32, Access::Rw, PdoMapping::Both).at(18, 4),
     ],
     limits: &[],
-    // 1400h: 80000200h plus the node-ID, which is off; 1600h maps 2000h.
+    // 1400h: 80000200h plus the node-ID, a PDO that is off; 1600h maps 2000h.
     image: &[0x92, 1, 2, 0, 0, 0, 0, 2, 0, 2, 0, 0x80, 255, 1, 0x20, 0, 0, 0x20, 0, 0, 0, 0],
 };
 
-/// A few devices with an RPDO, which count the frames that reach them.
+/// Some devices with an RPDO that count the frames they receive.
 struct Stations {
     all: Vec<Station<22>>,
     heard: Arc<AtomicUsize>,
@@ -73,7 +73,7 @@ impl Node for Stations {
     }
 }
 
-/// Devices in a thread of their own, until the end of the scope.
+/// Devices in a thread, until this is dropped.
 pub(crate) struct Serving {
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -81,7 +81,7 @@ pub(crate) struct Serving {
 }
 
 impl Serving {
-    /// Switches devices on behind a link.
+    /// Switches on devices behind a link.
     pub(crate) fn nodes(nodes: &[NodeId], link: impl Link + Send + 'static) -> Self {
         let (ended, heard) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
         let stations = Stations::new(link.now(), nodes, Arc::clone(&heard));
@@ -90,14 +90,14 @@ impl Serving {
             let mut participant = Participant::new(link, stations);
             while !end.load(Ordering::Relaxed) {
                 let look = participant.now() + Duration::from_millis(20);
-                // A bus that is down, or refuses frames, is part of some tests.
+                // In some tests the bus is down, or refuses frames.
                 participant.run(look).expect("the link outlives its bus");
             }
         });
         Serving { ended, thread: Some(thread), heard }
     }
 
-    /// How many frames have reached the devices.
+    /// The number of frames that the devices have received.
     pub(crate) fn heard(&self) -> usize {
         self.heard.load(Ordering::Relaxed)
     }
@@ -118,7 +118,7 @@ pub(crate) fn run<T>(test: impl Future<Output = T>) -> T {
     tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap().block_on(test)
 }
 
-/// Eight nodes on one shell, of which node 8 is silent: the others get every answer while it is waited for.
+/// Eight nodes on one shell; node 8 is silent. The others get every answer while the shell waits for it.
 pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static, link: impl Link + Send + 'static) {
     const READS: usize = 200;
     let nodes: Vec<NodeId> = NodeId::all().take(8).collect();
@@ -127,7 +127,7 @@ pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static,
     run(async {
         let network = Network::spawn(link).unwrap();
         let silent = *silent;
-        // Waited for in vain, and far longer than the others could wait with it.
+        // It waits in vain, and far longer than the others could wait with it.
         let patient = SdoClient::of_node(silent).with_timeout(Duration::from_secs(600));
         network
             .with_manager(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(patient)).unwrap())
@@ -153,7 +153,7 @@ pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static,
         }
         assert!(!waiting.is_finished(), "the silent node is still waited for");
         waiting.abort();
-        // The transfer of the dropped call is still under way: another SDO client begins anew.
+        // The transfer of the dropped call is still in progress; another SDO client starts a new one.
         let hasty = SdoClient::of_node(silent).with_timeout(Duration::from_millis(20));
         network
             .with_manager(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(hasty)).unwrap())
@@ -164,7 +164,7 @@ pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static,
     });
 }
 
-/// What this thread has used, in ticks of 10 ms.
+/// The processor time of this thread, in ticks of 10 ms.
 pub(crate) fn processor_ticks() -> u64 {
     let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
     let fields = stat.rsplit(')').next().unwrap().split_ascii_whitespace();

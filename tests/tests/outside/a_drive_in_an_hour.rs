@@ -1,4 +1,4 @@
-//! The page "A drive in an hour", followed to the letter with a data sheet of our own.
+//! The page "A drive in an hour", followed to the letter with a data sheet of this repository.
 #![cfg(unix)]
 
 use crate::outside;
@@ -14,16 +14,16 @@ pub(crate) struct User {
     simulation: Option<Simulation>,
 }
 
-/// `lexican simulate`, until it is dropped.
+/// A running `lexican simulate`, ended when this is dropped.
 struct Simulation {
     process: Child,
-    /// Kept open: the command ends when it cannot print.
+    /// Kept open, because the command ends when it cannot print.
     _printed: BufReader<ChildStderr>,
     bus: String,
 }
 
 impl User {
-    /// Has the command, and a folder with these files.
+    /// A user with the command, and a folder with these files.
     pub(crate) fn begins(folder: &str, files: &[(&str, &str)]) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme").join(folder);
         let _ = std::fs::remove_dir_all(&folder);
@@ -38,8 +38,8 @@ impl User {
         user
     }
 
-    /// Writes the files of a page and types its commands; returns what the last ones have printed, and how often that was compared.
-    /// What a page has for Python comes last, and is run by the tests of that package.
+    /// Writes the files of a page and types its commands. Returns the output of the last ones, and how many outputs
+    /// were compared. The part about Python comes last; that package's tests run it.
     pub(crate) fn follows(&mut self, page: &'static str, folder: &str) -> (String, usize) {
         let (mut printed, mut compared) = (String::new(), 0);
         for (language, text) in outside::blocks(page).take_while(|(language, _)| *language != "python") {
@@ -60,7 +60,7 @@ impl User {
         self.folder.to_str().expect("the target folder has a name in UTF-8")
     }
 
-    /// Types a command, and returns what it prints. Only the commands of a real bus are left out.
+    /// Types a command, and returns its output. Leaves out only the commands for a real bus.
     fn types(&mut self, command: &str) -> String {
         let bus = self.simulation.as_ref().map_or("", |simulation| &simulation.bus);
         let words: Vec<&str> = command.split_whitespace().map_while(|word| (word != "#").then_some(word)).collect();
@@ -119,7 +119,7 @@ fn the_page_moves_a_drive() {
     assert_eq!(compared, 3, "what the page says of the output is compared");
     assert_eq!(printed, "reached, at 1000; Position(1000)\nhomed, at 0\nruns at 100\n", "after the last step");
 
-    // The file's name instead of the dictionary's, say.
+    // For example with the name of the file instead of the dictionary's.
     outside::write(&user.folder, "src/lib.rs", "pub mod od {\n    lexican_runtime::include_od!(\"Servo\");\n}\n");
     let output = outside::cargo(user.folder()).args(["check", "--lib"]).output().expect("cargo can be started");
     let said = String::from_utf8_lossy(&output.stderr);

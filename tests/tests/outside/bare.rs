@@ -1,8 +1,7 @@
-//! A firmware without std links, runs, and has a size: `tests/bare`, with the dictionary of the AG03/1.
+//! A firmware without std links and runs: `tests/bare`, with the dictionary of the AG03/1. Its size is measured.
 //!
-//! Built for this machine, and for a Cortex-M4F as well where its target is installed
-//! (`rustup target add thumbv7em-none-eabihf`). The sizes are shown by
-//! `cargo test -p lexican-tests --test outside bare -- --nocapture`.
+//! It is built for this machine and, if the target is installed (`rustup target add thumbv7em-none-eabihf`), for a
+//! Cortex-M4F. `cargo test -p lexican-tests --test outside bare -- --nocapture` prints the sizes.
 #![cfg(target_os = "linux")]
 
 use crate::outside;
@@ -12,13 +11,13 @@ use std::process::Command;
 
 const CORTEX_M4F: &str = "thumbv7em-none-eabihf";
 
-/// The only things that the firmware may want from outside: core calls them, and every C library has them.
+/// The only external symbols that the firmware may need: core calls these functions, and every C library has them.
 const FROM_OUTSIDE: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
 #[test]
 fn a_firmware_without_std_links_and_runs() {
     let archive = build(None);
-    // With what was built for it: the build script's dependencies are most of the work.
+    // Reuses the build above: the dependencies of the build script are most of the work.
     outside::succeeds("bare", &["clippy", "--release", "--all-targets", "--", "-D", "warnings"]);
     measure("this machine", &archive);
     run(&archive);
@@ -38,7 +37,7 @@ fn build(target: Option<&str>) -> PathBuf {
     outside::target_folder().join(target.unwrap_or_default()).join("release/libbare.a")
 }
 
-/// Links what the main loop reaches, and nothing else; prints what it takes.
+/// Links only what the main loop reaches, and prints its size.
 #[track_caller]
 fn measure(machine: &str, archive: &Path) {
     let Some(linker) = linker() else {
@@ -51,7 +50,7 @@ fn measure(machine: &str, archive: &Path) {
     command.args(["--entry", "bare_run", "--undefined", "bare_run"]);
     command.args(FROM_OUTSIDE.map(|name| format!("--defsym={name}=0")));
     let output = command.arg(archive).arg("-o").arg(&linked).output().expect("the linker can be started");
-    // An allocator, a thread, a file: what std would want is not there, and named.
+    // An allocator, a thread, a file: the linker names what std would need and what is missing.
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
     let sections = sections(&fs::read(&linked).expect("the linker has written"));
@@ -97,24 +96,24 @@ struct Section {
 }
 
 impl Section {
-    /// Constants with addresses are writable until they are relocated; a firmware does that when it is linked.
+    /// Constants with addresses are writable until they are relocated; in a firmware, this is done at link time.
     fn is_state(&self) -> bool {
         self.is_writable && !self.name.starts_with(".data.rel.ro") && self.name != ".got"
     }
 }
 
-/// The sections of a little-endian ELF file, of 32 or 64 bits, that take memory. Without those for unwinding,
-/// which a program that aborts leaves out.
+/// The sections of a little-endian ELF file of 32 or 64 bits that take memory, without those for unwinding, which a
+/// program that aborts does not need.
 fn sections(elf: &[u8]) -> Vec<Section> {
     let number =
         |at: usize, len: usize| elf[at..at + len].iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte));
     let wide = elf[4] == 2;
     let word = if wide { 8 } else { 4 };
-    // e_shoff, and e_shentsize, e_shnum, e_shstrndx behind one another.
+    // e_shoff; then e_shentsize, e_shnum and e_shstrndx in a row.
     let (table, counts) = if wide { (number(0x28, 8), 0x3A) } else { (number(0x20, 4), 0x2E) };
     let [size, count, names] = [0, 2, 4].map(|more| number(counts + more, 2) as usize);
     let header = |row: usize| table as usize + row * size;
-    // In a header: name and type, four bytes each; then flags, address, offset and size, a word each.
+    // A section header: name and type of four bytes each; then flags, address, offset and size of a word each.
     let field = |row: usize, index: usize| number(header(row) + 8 + index * word, word);
     let name = |row: usize| {
         let start = field(names, 2) as usize + number(header(row), 4) as usize;
@@ -144,7 +143,7 @@ fn linker() -> Option<PathBuf> {
     hosts.filter_map(Result::ok).map(|host| host.path().join("bin/rust-lld")).find(|linker| linker.exists())
 }
 
-/// What a command prints; `None` when it cannot be started, or fails.
+/// The output of a command; `None` if it cannot be started or fails.
 fn run_for_text(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).into_owned())

@@ -1,12 +1,13 @@
 //! The golden cases of generated code, `golden/<case>.txt`. Each has up to five parts:
 //!
-//! - `generate:` and the options besides those of a new `Config`: `storage`, `names`, `driver`;
-//! - how its data sheet differs from that of `golden/base.txt`: a line for each section, `[2000] Speed ; DataType=3`,
-//!   where the first of an object is its name. An object is a variable that no PDO maps unless the line says otherwise,
-//!   and is listed where its index belongs. After `file:` there is the path of a data sheet instead;
+//! - `generate:` and the options that differ from a new `Config`: `storage`, `names`, `driver`;
+//! - the difference of its data sheet from that of `golden/base.txt`: a line for each section, such as
+//!   `[2000] Speed ; DataType=3`, where the first word of an object is its name. Unless the line says otherwise, an
+//! object is
+//!   a variable that cannot be mapped, and it is listed by its index. `file:` and the path of a data sheet instead;
 //! - `overlay:` and the overlay;
-//! - `findings:` and what generating finds, and in a line each what reading does;
-//! - `code:` and the generated items that the base has not. Of a table that both have, only the rows that differ.
+//! - `findings:` and the findings of the generator, and on a line each those of the reader;
+//! - `code:` and the generated items that the base does not have. Of a table that both have, only the rows that differ.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ use lexican_eds::{Input, Source};
 pub(crate) struct Case {
     pub(crate) name: String,
     pub(crate) path: PathBuf,
-    /// What it generates from.
+    /// The part from which it generates.
     given: String,
     /// The whole file.
     pub(crate) text: String,
@@ -59,7 +60,7 @@ impl Case {
         Case { name: name.to_owned(), path: PathBuf::new(), text: String::new(), given }
     }
 
-    /// The data sheet with its overlay. The files are where `place` has them.
+    /// The data sheet with its overlay, under paths in `place`.
     pub(crate) fn input(&self, place: &str) -> Input {
         let (sheet, overlay) = match self.given.split_once("overlay:\n") {
             Some((sheet, overlay)) => (sheet, Some(overlay)),
@@ -96,7 +97,7 @@ impl Case {
         compile(&lexican_eds::load(input).0, &self.options()).code
     }
 
-    /// The file as it has to be.
+    /// The content that the file should have.
     pub(crate) fn expected(&self) -> String {
         let input = self.input("");
         let (device, read) = lexican_eds::load(&input);
@@ -132,7 +133,7 @@ fn is_object(section: &str) -> bool {
     section.as_bytes().first_chunk::<4>().is_some_and(|index| index.iter().all(u8::is_ascii_hexdigit))
 }
 
-/// The base with what a case changes: an object as a whole, of another section the keys that it names.
+/// The base with the changes of a case: whole objects, but only the named keys of other sections.
 fn merged(mut base: Sections, changes: Sections) -> Sections {
     for (name, keys) in changes {
         match base.iter_mut().find(|(known, _)| *known == name) {
@@ -147,7 +148,7 @@ fn merged(mut base: Sections, changes: Sections) -> Sections {
     base
 }
 
-/// As a data sheet.
+/// As the text of a data sheet.
 fn written(sections: &Sections) -> String {
     let mut lists: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for list in ["MandatoryObjects", "ManufacturerObjects", "OptionalObjects"] {
@@ -185,7 +186,7 @@ fn written(sections: &Sections) -> String {
     text
 }
 
-/// The items that the base has not. Of a table of the base only the rows that differ.
+/// The items that the base does not have. Of a table in the base, only the rows that differ.
 fn difference(code: &str, base: &str) -> String {
     let base = items(base);
     let mut shown = Vec::new();

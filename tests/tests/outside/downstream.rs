@@ -1,4 +1,4 @@
-//! Crates as users write them, outside of the workspace: they build, they pass, and clippy is silent.
+//! Crates outside of the workspace, as users write them: they build, their tests pass, and clippy has no warnings.
 
 use crate::outside;
 #[test]

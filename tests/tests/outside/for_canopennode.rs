@@ -1,4 +1,4 @@
-//! The page for users of CANopenNode, followed to the letter with a data sheet of our own in the style of CANopenEditor.
+//! The page for users of CANopenNode, followed to the letter with a data sheet in the style of CANopenEditor.
 #![cfg(unix)]
 
 use crate::a_drive_in_an_hour::User;

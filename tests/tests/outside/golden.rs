@@ -1,5 +1,5 @@
-//! Golden cases: `golden/<case>.txt` has a data sheet, what is found in it and what is generated from it (`cases.rs`
-//! has the format). The whole code of each case is compiled and linted in each edition.
+//! Golden cases: `golden/<case>.txt` has a data sheet, the findings in it and the code generated from it (`cases.rs`
+//! describes the format). The whole code of each case is compiled and linted in each edition.
 //!
 //! `cargo xtask bless` writes the files anew.
 
@@ -44,7 +44,7 @@ fn all_code_is_clean_in_edition_2024() {
 }
 
 /// All cases as modules of a crate outside of the workspace, with `missing_docs`. The code of one case is also included
-/// among other items.
+/// in a module with other items.
 fn is_clean(edition: &str) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden-{edition}"));
     let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("the folder can be written to");
@@ -82,7 +82,7 @@ pub mod among_others {
 }
 ";
 
-/// A data sheet with a type for each name that generated code imports, and with all that may use them.
+/// A data sheet with a type for each name that generated code imports, and with everything that may use these types.
 fn shadowing() -> Case {
     let exports = include_str!("../../../runtime/src/object/mod.rs");
     let exports = exports.lines().skip_while(|line| !line.starts_with("pub use")).take_while(|line| !line.is_empty());
@@ -134,7 +134,7 @@ number = 1
 mapping = [\"2001:00\", \"2000:01\"]
 ";
 
-/// Says where the file differs; writes it when asked to.
+/// Says where the file differs; writes it if asked to.
 fn compare(case: &Case) -> Option<String> {
     let (old, text) = (&case.text, case.expected());
     if *old == text {

@@ -1,7 +1,7 @@
-//! What a data sheet forbids does not compile, and the compiler says why in the words of the data sheet.
+//! Code that violates the data sheet does not compile, and the compiler's message uses the words of the data sheet.
 //!
-//! Each `ui/examples/*.rs` names what must be said (`// error: ...`); the words around it are the
-//! compiler's and change with it, so that they are not compared.
+//! Each `ui/examples/*.rs` contains the expected words (`// error: ...`). The rest of the message is the compiler's and
+//! changes with it, so it is not compared.
 
 use crate::cases;
 use crate::outside;
@@ -29,7 +29,7 @@ fn what_the_data_sheet_forbids_does_not_compile() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
-/// Says what is wrong about an example, which uses the code in a folder.
+/// What is wrong with an example, which uses the code in a folder.
 fn check(example: &Path, code: &Path) -> Option<String> {
     let name = example.file_stem().unwrap_or_default().to_string_lossy();
     let source = fs::read_to_string(example).expect("an example can be read");
