@@ -93,7 +93,7 @@ fn a_filter_leaves_out_other_nodes_until_it_is_removed() {
     let soon = network.now() + Duration::from_millis(10);
     assert_eq!(network.next_event(soon).unwrap(), Some(Event::BootedUp { node: NODE }));
     assert_eq!(network.next_event(soon).unwrap(), None, "the boot-up message of the other node is left out");
-    // A node that is read passes the filter from then on.
+    // The filter admits a node once it has been read.
     assert_eq!(network.read(other, DEVICE_TYPE).unwrap(), 0x0002_0192);
     network.write(other, HEARTBEAT, 5).unwrap();
     let soon = network.now() + Duration::from_millis(8);

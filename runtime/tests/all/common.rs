@@ -1,4 +1,4 @@
-//! A device and its dictionary: frame scripts in virtual time.
+//! A device and its dictionary, tested by scripts of frames in virtual time.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses its own part, and none exports it")]
 
 #[path = "../../src/testing.rs"]
@@ -14,7 +14,7 @@ pub const NODE: NodeId = NodeId::literal(5);
 /// No frames.
 pub const NOTHING: [&str; 0] = [];
 
-/// Everything that a device can have, with the COB-IDs of node 5.
+/// A dictionary with every service, with the COB-IDs of node 5.
 pub const FULL: &str = "
     1000:00 u32  ro - 0x192
     1001:00 u8   ro tpdo 0
@@ -106,7 +106,7 @@ impl Rig {
         Rig::with("")
     }
 
-    /// A device whose dictionary has these entries changed.
+    /// A device with changed entries in its dictionary.
     pub fn with(changes: &str) -> Self {
         Rig::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
     }
@@ -130,20 +130,20 @@ impl<O: ObjectDictionary> Rig<O> {
         self.device.restart(self.now, &mut self.od);
     }
 
-    /// In OPERATIONAL, with the TPDOs sent that this brings.
+    /// The device in OPERATIONAL, after the TPDOs that are sent on entering.
     pub fn operational(mut self) -> Self {
         self.send("000#0105");
         self.events.clear();
         self
     }
 
-    /// Gives the device a frame as candump writes it, and what it answers.
+    /// Sends the device a frame in the notation of candump, and returns the answers.
     pub fn send(&mut self, frame: &str) -> Vec<String> {
         self.events.extend(self.device.handle_frame(self.now, &self::frame(frame), &mut self.od));
         self.sent()
     }
 
-    /// What the device sends now.
+    /// The frames that the device sends now.
     pub fn sent(&mut self) -> Vec<String> {
         let mut sent = Vec::new();
         loop {
@@ -206,7 +206,7 @@ impl<O: ObjectDictionary> Rig<O> {
         data[4..].copy_from_slice(&value.to_le_bytes());
         let request = Frame::from_array(CobId::standard(0x605).unwrap(), data);
         self.events.extend(self.device.handle_frame(self.now, &request, &mut self.od));
-        // Other frames that are due go first.
+        // Skip other frames that are due first.
         let answer = core::iter::from_fn(|| self.device.poll_transmit(self.now, &mut self.od))
             .find(|frame| frame.id() == CobId::standard(0x585).unwrap())
             .expect("the server answers");
@@ -226,7 +226,7 @@ fn number(answer: &[u8; 8]) -> u32 {
     u32::from_le_bytes(answer[4..].try_into().unwrap())
 }
 
-/// A frame as candump writes it: `605#4000100000000000`, `705#R`, `00000585#01`; with spaces at will.
+/// Parses a frame in the notation of candump: `605#4000100000000000`, `705#R`, `00000585#01`; spaces are ignored.
 pub fn frame(text: &str) -> Frame {
     let text: String = text.split_whitespace().collect();
     let (id, data) = text.split_once('#').unwrap();

@@ -1,7 +1,8 @@
-//! A manager that configures at random, and traffic that follows: 100,000 steps in virtual time, the same every run.
+//! A manager that configures a device at random, and random traffic: 100,000 steps in virtual time, the same in every
+//! run.
 //!
-//! The device does not panic, answers a frame with few, sends under no identifier that its
-//! dictionary does not list, forgets nothing that is due, and no two services get the same identifier.
+//! The device does not panic, answers each frame with few frames, sends only under identifiers in its dictionary,
+//! misses no deadline, and never has two services with the same identifier.
 
 use crate::common::{NODE, Rig};
 use lexican_runtime::device::Event;
@@ -10,10 +11,10 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 const STEPS: usize = 100_000;
-/// SYNC or a deadline may send every TPDO (three), and there may be an error, its end, a heartbeat and an answer.
+/// SYNC or a deadline may send all three TPDOs, and there may be an error, its end, a heartbeat and an answer.
 const MOST_FRAMES: usize = 8;
 
-/// A generator that needs no crate: SplitMix64.
+/// The generator SplitMix64, which needs no crate.
 struct Random(u64);
 
 impl Random {
@@ -33,7 +34,7 @@ impl Random {
     }
 }
 
-/// Identifiers that services like to have, restricted ones and long ones among them.
+/// Identifiers that services often use, including restricted and extended ones.
 const IDS: [u32; 18] = [
     0x000,
     0x080,
@@ -55,7 +56,7 @@ const IDS: [u32; 18] = [
     0x2001_2345,
 ];
 
-/// Parameters, and what may be written there.
+/// A parameter, and a value to write to it.
 fn write(random: &mut Random) -> (u16, u8, usize, u32) {
     let cob_id = random.one_of(&IDS) | random.one_of(&[0, 0, 0x8000_0000, 0x4000_0000, 0xC000_0000]);
     let small = random.one_of(&[0, 0, 1, 2, 3, 10, 240, 241, 255]);
@@ -99,7 +100,7 @@ fn write(random: &mut Random) -> (u16, u8, usize, u32) {
     }
 }
 
-/// What others say: under identifiers that the device may listen to.
+/// A frame of another node, under an identifier that the device may receive.
 fn traffic(random: &mut Random) -> Frame {
     let id = match random.below(6) {
         0 => CobId::NMT,
@@ -120,7 +121,7 @@ fn traffic(random: &mut Random) -> Frame {
     Frame::new(id, &random.next().to_le_bytes()[..usize::from(len)]).unwrap()
 }
 
-/// A COB-ID of the dictionary, if its service exists. 1005h and 1012h have other bits for that than the rest.
+/// A COB-ID in the dictionary, if its service exists. 1005h and 1012h show that by other bits than the rest.
 fn cob_id(od: &mut dyn ObjectDictionary, index: u16, sub: u8, exists: fn(u32) -> bool) -> Option<CobId> {
     let entry = od.entry(Address::new(index, sub)).ok()?;
     let mut bytes = [0; 4];
@@ -132,7 +133,7 @@ fn is_valid(cob_id: u32) -> bool {
     cob_id >> 31 == 0
 }
 
-/// The identifiers under which the dictionary lets the device send.
+/// The identifiers under which the dictionary allows the device to send.
 fn sent_as(od: &mut dyn ObjectDictionary) -> Vec<CobId> {
     let produces = |cob_id| cob_id & 1 << 30 != 0;
     let messages = [(0x1005, 0), (0x1012, 0)].map(|(index, sub)| cob_id(od, index, sub, produces));
@@ -161,7 +162,7 @@ struct Walk {
 
 impl Walk {
     fn step(&mut self, random: &mut Random) {
-        // The answer to a write that changes its own server leaves as it was before.
+        // The answer to a write that changes its own SDO server is sent under the previous identifiers.
         let before = sent_as(&mut self.rig.od);
         let event = match random.below(10) {
             0..=4 => {
@@ -205,10 +206,11 @@ impl Walk {
         }
     }
 
-    /// The device remembers that there is nothing to do, and until when; one that looks again finds the same.
+    /// The device caches that there is nothing to do, and until when. A copy that is made to look again must find the
+    /// same.
     fn look_again(&self) {
         let (mut device, mut od) = (self.rig.device.clone(), self.rig.od.clone());
-        // It does not produce TIME, so this only makes it look.
+        // The device does not produce TIME, so this only makes it look again.
         device.send_time(TimeOfDay { days: 0, ms: 0 });
         assert_eq!(device.poll_timeout(), self.rig.device.poll_timeout());
         assert_eq!(device.poll_transmit(self.rig.now, &mut od), None);
@@ -240,7 +242,7 @@ fn with_any_configuration_the_device_neither_panics_nor_babbles_nor_takes_the_id
             if step % 8 == 0 {
                 walk.look_again();
             }
-            // A reset brings the defaults back.
+            // A reset restores the defaults.
             if step % 500 == 499 {
                 let now = walk.rig.now;
                 walk.rig = Rig { now, ..Rig::full() };

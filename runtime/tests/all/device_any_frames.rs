@@ -4,7 +4,7 @@ use crate::common::Rig;
 use lexican_runtime::{CobId, Duration, Frame};
 use proptest::prelude::*;
 
-/// Mostly identifiers that the device listens to, and bytes that mean something.
+/// Mostly identifiers that the device receives, and bytes with a meaning.
 fn any_frame() -> impl Strategy<Value = Frame> {
     let known = prop::sample::select(vec![
         0x000_u16, 0x080, 0x100, 0x185, 0x205, 0x385, 0x405, 0x605, 0x605, 0x605, 0x605, 0x705, 0x710,

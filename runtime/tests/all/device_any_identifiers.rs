@@ -29,7 +29,7 @@ const COB_IDS: [(u16, u8); 18] = [
     (0x1802, 1),
 ];
 
-/// What FULL lacks of them.
+/// The entries of these that FULL lacks.
 const MORE: &str = "
     1028:00 u8  const - 2
     1028:01 u32 rw - 0x80000000
@@ -44,14 +44,15 @@ const MORE: &str = "
     1280:03 u8  rw - 0
 ";
 
-/// Identifiers of the predefined connection set, of this node and of others; the first and last of each restricted
-/// range; and some that any service may have.
+/// Identifiers of the predefined connection set, of this node and of others; the first and the last of each restricted
+/// range; and some that any service may use.
 const IDS: [u32; 30] = [
     0x000, 0x005, 0x07F, 0x080, 0x085, 0x100, 0x101, 0x180, 0x181, 0x185, 0x205, 0x385, 0x580, 0x581, 0x585, 0x5FF,
     0x600, 0x601, 0x605, 0x645, 0x67F, 0x680, 0x6D0, 0x6E0, 0x6FF, 0x700, 0x701, 0x705, 0x780, 0x7FF,
 ];
 
-/// Each identifier, some with 29 bits, and some with bits that are none of an identifier; with each of the upper bits.
+/// Each identifier, some extended ones, and some with bits outside of an identifier; with all combinations of the upper
+/// bits.
 fn values() -> impl Iterator<Item = u32> + Clone {
     let others = [0x2000_0000, 0x2000_0605, 0x3FFF_FFFF, 0x0000_0800, 0x0001_0605, 0x1FFF_FFFF];
     let ids = IDS.into_iter().chain(others);
@@ -69,7 +70,7 @@ fn rig(od: TestOd, changes: ChangeRule) -> Rig {
     Rig::new(od, Behaviour { changes, produces_time: true, ..Behaviour::CIA_301 })
 }
 
-/// A dictionary with other COB-IDs, as a data sheet might have them; `None` for an entry that is missing.
+/// A dictionary with other COB-IDs, as in a data sheet; `None` for a missing entry.
 fn with(cob_ids: &[((u16, u8), Option<u32>)]) -> TestOd {
     let named = |&(index, sub): &(u16, u8)| format!("{index:04X}:{sub:02X} ");
     let others = [FULL, MORE].into_iter().flat_map(str::lines).map(str::trim);
@@ -93,7 +94,7 @@ fn check(rig: &mut Rig, what: &dyn std::fmt::Debug) {
             rig.restart();
             let boot = rig.sent();
             assert_eq!(boot.first().map(String::as_str), Some("705#00"), "{what:08X?}");
-            // So that it is guarded, and produces SYNC if it is its task.
+            // It is then guarded, and produces SYNC if 1005h says so.
             sent.extend(boot);
             let _ = rig.write(0x1017, 0, 2, 0);
             let _ = rig.write(0x1006, 0, 4, 5_000);
@@ -107,7 +108,7 @@ fn check(rig: &mut Rig, what: &dyn std::fmt::Debug) {
         let answered = answer.iter().any(|it| it == "585#4300100092010000");
         assert_eq!(answered, command != "000#0205", "{what:08X?}: {command}, {answer:?}");
         sent.extend(answer);
-        // An error and its end, a change, and time.
+        // An error and its end, a change of an object, and time.
         sent.extend(rig.send("080#010203"));
         sent.extend(rig.send("080#"));
         rig.device.changed(Address::new(0x6041, 0));
@@ -194,7 +195,7 @@ proptest! {
     }
 }
 
-/// What most of the corpus has: a second server without default.
+/// Most data sheets of the corpus have this: a second SDO server without a default.
 #[test]
 fn a_server_without_identifiers_can_be_given_some() {
     let mut rig = rig(with(&[((0x1201, 1), Some(0)), ((0x1201, 2), Some(0))]), ChangeRule::WhileInvalid);

@@ -1,4 +1,4 @@
-//! Defaults that a device cannot serve: they are not written, so no abort code reports them.
+//! Defaults that a device cannot serve: nobody writes them, so no abort code reports them.
 
 use crate::common::testing::TestOd;
 use crate::common::{self, FULL, Rig};
@@ -43,11 +43,11 @@ fn an_impossible_mapping_is_reported_by_its_entry_or_its_length() {
     check("1600:01 u32 rw - 0x60400008", &[("1600:01", AbortCode::NOT_MAPPABLE)]);
     check("1A02:02 u32 rw - 0x2FFF0008", &[("1A02:02", AbortCode::NO_SUCH_OBJECT)]);
     check("1A02:02 u32 rw - 0x20000908", &[("1A02:02", AbortCode::NO_SUCH_SUB_INDEX)]);
-    // 72 bits, more entries than there are, more than a PDO can have.
+    // 72 bits; more entries than there are; more than a PDO can have.
     check("1A02:01 u32 rw - 0x20000340\n1A02:02 u32 rw - 0x20000208", &[("1A02:00", AbortCode::PDO_LENGTH_EXCEEDED)]);
     check("1A02:00 u8 rw - 3", &[("1A02:00", AbortCode::PDO_LENGTH_EXCEEDED)]);
     check("1A02:00 u8 rw - 65", &[("1A02:00", AbortCode::PDO_LENGTH_EXCEEDED)]);
-    // It may be switched on any time.
+    // A PDO that is off is checked, too, because it may be switched on at any time.
     check("1800:01 u32 rw - 0x80000185\n1A00:01 u32 rw - 0x607A0020", &[("1A00:01", AbortCode::NOT_MAPPABLE)]);
 }
 

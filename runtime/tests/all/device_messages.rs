@@ -67,7 +67,7 @@ fn synchronous_pdos_are_dropped_when_the_window_has_closed() {
     rig.write(0x1007, 0, 4, 500).unwrap();
     let mut rig = rig.operational();
     assert_eq!(rig.send("080#"), ["185#3412"]);
-    // The bus is busy until the window has closed.
+    // The bus is busy until the synchronous window has closed.
     rig.device.handle_frame(rig.now, &common::frame("080#"), &mut rig.od);
     rig.now += Duration::from_micros(500);
     rig.device.handle_timeout(rig.now, &mut rig.od);
@@ -80,7 +80,7 @@ fn an_event_whose_window_has_closed_is_sent_with_the_next_sync() {
     rig.write(0x1800, 2, 1, 0).unwrap();
     rig.write(0x1007, 0, 4, 500).unwrap();
     let mut rig = rig.operational();
-    // The bus is busy until the window has closed.
+    // The bus is busy until the synchronous window has closed.
     rig.device.handle_frame(rig.now, &common::frame("080#"), &mut rig.od);
     rig.now += Duration::from_micros(500);
     rig.device.handle_timeout(rig.now, &mut rig.od);
@@ -106,13 +106,13 @@ fn time_is_sent_by_a_device_that_produces_it() {
     assert_eq!(rig.sent(), NOTHING, "1012h does not say so");
     rig.write(0x1012, 0, 4, 0xC000_0100).unwrap();
     assert_eq!(rig.write(0x1012, 0, 4, 0x4000_00FF), Err(AbortCode::INVALID_VALUE.0), "while it exists");
-    // The newest time is sent, before PDOs and after what is more urgent.
+    // The latest time is sent, before PDOs and after more urgent frames.
     rig.device.send_time(TimeOfDay { days: 9, ms: 0 });
     rig.device.send_time(noon);
     rig.device.emergency(VOLTAGE, ErrorRegister::VOLTAGE, [0; 5], &mut rig.od);
     assert_eq!(rig.sent(), ["085#2031050000000000", "100#D20296090A00"]);
     assert_eq!(rig.sent(), NOTHING, "once");
-    // In STOPPED it is not sent, nor later.
+    // In STOPPED it is not sent, and not later either.
     rig.send("000#0205");
     rig.device.send_time(noon);
     assert_eq!((rig.sent(), rig.send("000#8005")), (vec![], vec![]));
@@ -152,7 +152,7 @@ fn the_history_keeps_the_newest_and_is_erased_by_0_only() {
     }
     assert_eq!([0, 1, 2, 3].map(|sub| rig.read(0x1003, sub)), [Ok(3), Ok(5), Ok(4), Ok(3)]);
     assert_eq!(rig.write(0x1003, 0, 1, 1), Err(AbortCode::INVALID_VALUE.0));
-    // Nor by the number that is there.
+    // Not even the present number can be written.
     assert_eq!(rig.write(0x1003, 0, 1, 3), Err(AbortCode::INVALID_VALUE.0));
     assert_eq!(rig.read(0x1003, 1), Ok(5));
     rig.write(0x1003, 0, 1, 0).unwrap();
@@ -237,7 +237,7 @@ fn an_error_that_the_device_still_has_is_not_reported_as_over() {
     assert_eq!(rig.read(0x1001, 0), Ok(0));
 }
 
-/// A drive whose lost manager is a fault (6007h) raises the code that the device has reported by itself.
+/// An application that has a fault for a lost manager (6007h) raises the code that the device has already reported.
 #[test]
 fn a_lost_heartbeat_is_reported_once_though_the_application_has_a_fault_for_it() {
     let mut rig = Rig::full();
@@ -250,12 +250,12 @@ fn a_lost_heartbeat_is_reported_once_though_the_application_has_a_fault_for_it()
     };
     assert_eq!(raise(&mut rig), NOTHING);
     assert_eq!([0, 1].map(|sub| rig.read(0x1003, sub)), [Ok(1), Ok(0x8130)]);
-    // The fault is left when the heartbeat is back.
+    // The application's fault remains when the heartbeat is back.
     assert_eq!(rig.send("710#05"), NOTHING);
     assert_eq!(rig.read(0x1001, 0), Ok(0x11));
     rig.device.clear(ErrorRegister(0xFF), &mut rig.od);
     assert_eq!((rig.sent(), rig.read(0x1001, 0)), (vec!["085#0000000000000000".into()], Ok(0)));
-    // One that the device does not have is the application's own.
+    // Without an error of the device, the application's is reported.
     assert_eq!(raise(&mut rig), ["085#3081110000000000"]);
 }
 
@@ -291,12 +291,12 @@ fn stopping_forgets_a_transfer_and_begins_to_count_sync_anew() {
 #[test]
 fn a_server_that_is_changed_through_itself_answers_under_its_old_identifiers() {
     let mut rig = Rig::with("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1");
-    // Off, and on again under another identifier through the default server.
+    // Switched off, and on again under another identifier, both through the default server.
     assert_eq!(rig.send("6D0#23011201D1060080"), ["6D1#6001120100000000"]);
     assert_eq!(rig.send("6D0#4000100000000000"), NOTHING);
     rig.write(0x1201, 1, 4, 0x6D5).unwrap();
     assert_eq!(rig.send("6D5#4000100000000000"), ["6D1#4300100092010000"]);
-    // It is changed also if the device was stopped before the answer was sent.
+    // The change takes effect even if the device was stopped before the answer was sent.
     rig.device.handle_frame(rig.now, &common::frame("6D5#23011201D5060080"), &mut rig.od);
     rig.send("000#0205");
     rig.send("000#8005");

@@ -14,7 +14,7 @@ fn boot_up_comes_first_after_power_on_and_after_every_reset() {
         let mut rig = Rig::full().operational();
         assert_eq!(rig.send(reset), NOTHING);
         assert_eq!((rig.take_events(), rig.state()), (vec![Event::Reset(event)], NmtState::Initialising));
-        // Until the application has reset its values, the device is silent and deaf.
+        // Until the application has reset its values, the device neither sends nor receives.
         assert_eq!(rig.send("605#4000100000000000"), NOTHING);
         assert_eq!(rig.device.poll_timeout(), None);
         rig.restart();
@@ -142,7 +142,7 @@ fn a_node_is_consumed_once_only() {
     rig.write(0x1016, 1, 4, 0x0010_0064).unwrap();
     rig.write(0x1016, 1, 4, 0x0010_0064).unwrap();
     assert_eq!(rig.write(0x1016, 2, 4, 0x0010_00C8), Err(AbortCode::PARAMETER_INCOMPATIBLE.0));
-    // An entry with time 0 or without a node consumes nothing.
+    // An entry with time 0 or without a node monitors nothing.
     rig.write(0x1016, 2, 4, 0x0010_0000).unwrap();
     rig.write(0x1016, 3, 4, 0x0080_00C8).unwrap();
 }

@@ -1,4 +1,4 @@
-//! PDOs of a device: every transmission type both ways, and what may be configured when.
+//! PDOs of a device: every transmission type in both directions, and what may be configured when.
 
 use crate::common::testing::TestOd;
 use crate::common::{self, FULL, NOTHING, Rig};
@@ -9,7 +9,7 @@ use lexican_runtime::service::rpdo;
 use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 
-/// A device whose dictionary has these entries changed, in OPERATIONAL.
+/// A device in OPERATIONAL with changed entries in its dictionary.
 fn operational(changes: &str) -> Rig {
     Rig::with(changes).operational()
 }
@@ -45,7 +45,7 @@ fn type_n_is_sent_with_every_nth_sync_and_sampled_there() {
         assert_eq!(rig.send("080#"), NOTHING);
         assert_eq!(rig.send("080#"), ["185#3412"]);
     }
-    // The value is that at SYNC, not that at sending.
+    // The value is the one at SYNC, not the one at transmission.
     let mut rig = operational("1800:02 u8 rw - 1");
     rig.device.handle_frame(rig.now, &common::frame("080#"), &mut rig.od);
     rig.od.set(0x6041, 0, 0xFFFF);
@@ -173,7 +173,7 @@ fn a_waiting_rpdo_takes_effect_also_after_its_parameters_were_written() {
     rig.write(0x1402, 2, 1, 2).unwrap();
     rig.send("080#");
     assert_eq!(rig.od.get(0x607A, 0), 5000);
-    // One that no longer waits for SYNC, or is another PDO, does not bring back what was.
+    // Data of a PDO that no longer waits for SYNC, or has become another PDO, are discarded.
     for (sub, size, value) in [(2, 1, 255), (1, 4, 0x8000_0405)] {
         rig.send("405#1F0089130000");
         rig.write(0x1402, sub, size, value).unwrap();
@@ -222,7 +222,7 @@ fn sub_byte_and_dummy_entries_are_mapped() {
          1A00:01 u32 rw - 0x20000101
          1A00:02 u32 rw - 0x20000208",
     );
-    // Bit 0 is 2000:01, bits 1 and 2 to 9 are nothing, bits 10 to 17 are 2000:02.
+    // Bit 0 is 2000:01, bits 1 to 9 are dummies, bits 10 to 17 are 2000:02.
     rig.send("205#010402");
     assert_eq!((rig.od.get(0x2000, 1), rig.od.get(0x2000, 2)), (1, 0x81));
     rig.device.request_tpdo(1);
@@ -320,7 +320,7 @@ fn what_cannot_be_mapped_is_refused() {
         rig.write(mapping, 0, 1, 0).unwrap();
     }
     let not_mappable = Err(AbortCode::NOT_MAPPABLE.0);
-    // What the device transmits cannot be received, and the other way round.
+    // An object for transmission cannot be received, and the other way round.
     assert_eq!(rig.write(0x1600, 1, 4, 0x6064_0020), not_mappable);
     assert_eq!(rig.write(0x1A00, 1, 4, 0x607A_0020), not_mappable);
     for index in [0x1600, 0x1A00] {
@@ -410,14 +410,14 @@ fn what_an_rpdo_writes_is_a_change_for_the_tpdos_that_map_it() {
     assert_eq!(rig.send("205#07"), NOTHING, "the same value is no change");
     assert_eq!(rig.send("205#08"), ["185#08"]);
     assert_eq!(rig.send("405#1F0088130000"), NOTHING, "no TPDO maps it");
-    // With SYNC it takes effect, and is an event then: type 0 answers with the SYNC after it.
+    // A synchronous RPDO takes effect at SYNC, and is an event then: a TPDO of type 0 is sent at the next SYNC.
     let mut rig = operational(&format!("{both}\n1400:02 u8 rw - 1"));
     assert_eq!((rig.send("205#07"), rig.send("080#")), (vec![], vec!["185#07".to_string()]));
     let mut rig = operational(&format!("{both}\n1400:02 u8 rw - 1\n1800:02 u8 rw - 0"));
     assert_eq!(rig.send("080#"), ["185#00"], "that of entering OPERATIONAL");
     rig.send("205#07");
     assert_eq!([rig.send("080#"), rig.send("080#"), rig.send("080#")].concat(), ["185#07"]);
-    // Where changes do not count, this one does not either.
+    // If changes are no events, this one is not either.
     let behaviour = Behaviour { triggers_255: Triggers { change: false, ..Triggers::ALL }, ..Behaviour::CIA_301 };
     let mut rig = Rig::new(TestOd::new(FULL).with(both), behaviour).operational();
     assert_eq!(rig.send("205#07"), NOTHING);
@@ -429,7 +429,7 @@ fn a_tpdo_that_is_switched_off_is_never_sent() {
     rig.device.changed(Address::new(0x6041, 0));
     rig.device.request_tpdo(1);
     assert_eq!(rig.sent(), NOTHING);
-    // Nor is one that was switched off while it waited.
+    // Nor is one that is switched off while it waits.
     let mut rig = operational("1800:03 u16 rw - 100");
     rig.device.changed(Address::new(0x6041, 0));
     assert_eq!(rig.sent(), NOTHING, "it is inhibited");

@@ -1,4 +1,4 @@
-//! What other CANopen stacks were seen to do wrong on the device side, one test each.
+//! Mistakes that other CANopen stacks were seen to make on the device side, one test each.
 
 use crate::common::{self, NOTHING, Rig};
 use lexican_runtime::device::Event;

@@ -1,4 +1,4 @@
-//! A device leaves services out, by a type: it does as one that never had them.
+//! A device whose type leaves services out: it behaves like a device that never had them.
 
 use crate::common::testing::TestOd;
 use crate::common::{FULL, NODE, NOTHING};
@@ -15,7 +15,7 @@ impl Selection for Least {
     type Behaviour = Cia301;
 }
 
-/// Has all services, and a behaviour that is a constant.
+/// A device with all services, and a behaviour that is a constant.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lenient;
 
@@ -32,7 +32,7 @@ impl Behaves for Lenient {
     }
 }
 
-/// A device with a dictionary that asks for everything.
+/// A device whose dictionary asks for every service.
 fn device<S: Selection>() -> (Device<3, 3, 1, 3, 8, S>, TestOd) {
     let mut od = TestOd::new(FULL).with("100C:00 u16 rw - 100\n100D:00 u8 rw - 3");
     let mut device = Device::new(NODE, S::Behaviour::default());
@@ -40,13 +40,13 @@ fn device<S: Selection>() -> (Device<3, 3, 1, 3, 8, S>, TestOd) {
     (device, od)
 }
 
-/// What the dictionary asks for and the device does not serve.
+/// The entries that ask for services which the device does not have.
 fn misconfigured<S: Selection>() -> Vec<String> {
     let (device, mut od) = device::<S>();
     device.misconfigured(&mut od).map(|fault| fault.to_string()).collect()
 }
 
-/// What the device answers to a frame, and what it reports.
+/// The device's answers to a frame, and the event that it reports.
 fn answers<S: Selection>(frame: &Frame) -> (Vec<String>, Option<Event>) {
     let (mut device, mut od) = device::<S>();
     let now = Instant::ZERO;
@@ -73,14 +73,14 @@ fn a_service_that_is_left_out_does_not_answer() {
     check(0x605, Some([0xC6, 0x17, 0x10, 0, 2, 0, 0, 0]), &["585#A41710007F000000"], &[refused]);
     // Guarding.
     check(0x705, None, &["705#7F"], &NOTHING);
-    // What is not left out stays as it is.
+    // The other services stay the same.
     let read = Some([0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
     check(0x605, read, &["585#4B17100000000000"], &["585#4B17100000000000"]);
 }
 
 #[test]
 fn what_asks_for_a_service_that_is_left_out_is_refused() {
-    // The guard time and the life time factor: asked for, and switched off.
+    // Guard time and life time factor: switched on, and switched off.
     for (index, [on, off]) in [
         (0x0C, [[0x2B, 0x0C, 0x10, 0, 50, 0, 0, 0], [0x2B, 0x0C, 0x10, 0, 0, 0, 0, 0]]),
         (0x0D, [[0x2F, 0x0D, 0x10, 0, 2, 0, 0, 0], [0x2F, 0x0D, 0x10, 0, 0, 0, 0, 0]]),
@@ -90,7 +90,7 @@ fn what_asks_for_a_service_that_is_left_out_is_refused() {
         check(0x605, Some(on), &[&taken], &[&refused]);
         check(0x605, Some(off), &[&taken], &[&taken]);
     }
-    // TIME: what is there already may be written back, and switched off, but nothing else is taken.
+    // TIME: the present value can be written back, and TIME can be switched off; nothing else is accepted.
     let taken = "585#6012100000000000";
     for off_or_present in [0x00, 0x80] {
         check(0x605, Some([0x23, 0x12, 0x10, 0, 0, 1, 0, off_or_present]), &[taken], &[taken]);

@@ -1,4 +1,4 @@
-//! How the services of a device keep out of each other's way, and what a change of one does to another.
+//! How the services of a device keep out of each other's way, and how a change of one affects another.
 
 use crate::common::{self, NOTHING, Rig};
 use lexican_runtime::device::{Behaviour, Event};
@@ -17,7 +17,7 @@ fn a_heartbeat_that_is_switched_on_ends_life_guarding() {
     rig.take_events();
     assert_eq!(rig.pass_ms(500), ["0 705#05"]);
     assert_eq!(rig.take_events(), []);
-    // Without the heartbeat it begins again with the next request.
+    // Without the heartbeat, guarding begins again with the next request.
     rig.write(0x1017, 0, 2, 0).unwrap();
     rig.take_events();
     rig.pass_ms(1000);
@@ -36,12 +36,12 @@ fn what_local_control_writes_takes_effect() {
     assert_eq!(rig.pass_ms(150), ["0 705#05", "100000 705#05"]);
     assert_eq!(write(&mut rig, 0x1017, 0, &[0, 0]), Ok(()));
     assert_eq!(rig.pass_ms(500), NOTHING);
-    // Another identifier of TPDO1, by the rules for clients: it is switched off before.
+    // Another identifier for TPDO1, by the rules for clients: the PDO must be switched off first.
     assert_eq!(write(&mut rig, 0x1800, 1, &0x186_u32.to_le_bytes()), Err(AbortCode::INVALID_VALUE));
     assert_eq!(write(&mut rig, 0x1800, 1, &0x8000_0185_u32.to_le_bytes()), Ok(()));
     assert_eq!(write(&mut rig, 0x1800, 1, &0x186_u32.to_le_bytes()), Ok(()));
     assert_eq!(rig.sent(), ["186#3412"]);
-    // A client cannot write this one, and hears of it by a TPDO.
+    // A client cannot write this one, and a TPDO reports its change.
     assert_eq!(write(&mut rig, 0x6041, 0, &[7, 0]), Ok(()));
     assert_eq!(rig.sent(), ["186#0700"]);
     assert_eq!(write(&mut rig, 0x6042, 0, &[7, 0]), Err(AbortCode::NO_SUCH_OBJECT));
@@ -50,7 +50,8 @@ fn what_local_control_writes_takes_effect() {
 
 #[test]
 fn what_a_parameter_holds_can_be_written_back() {
-    // None of these could be written as a new value: TIME is not produced, 0 is no identifier of SDO, 253 no type of an RPDO.
+    // None of these could be written as a new value: TIME is not produced, 0 is no identifier of an SDO, 253 is no type
+    // of an RPDO.
     let entries = "1012:00 u32 rw - 0x40000100\n1201:01 u32 rw - 0\n1400:01 u32 rw - 0x205\n1400:02 u8 rw - 253";
     let mut rig = Rig::with(entries);
     for (index, sub, len, value) in
@@ -94,7 +95,7 @@ fn a_heartbeat_that_is_back_does_not_end_errors_of_the_application() {
 fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
     let writes = [(2, 1, 255, "99500 185#0700"), (2, 1, 254, "99500 185#0700"), (5, 2, 500, "99500 185#0700")];
     for (sub, size, value, expected) in writes {
-        // Not within 100 ms after the one that OPERATIONAL brought.
+        // Inhibited for 100 ms after the TPDO that was sent on entering OPERATIONAL.
         let mut rig = Rig::with("1800:03 u16 rw - 1000").operational();
         rig.pass(Duration::from_micros(500));
         rig.od.set(0x6041, 0, 7);
@@ -102,7 +103,7 @@ fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
         rig.write(0x1800, sub, size, value).unwrap();
         assert_eq!(rig.pass_ms(200), [expected], "1800:{sub:02X} = {value}");
     }
-    // What was an event of type 255 is one of type 0 too.
+    // An event for type 255 remains one for type 0.
     let mut rig = Rig::with("1800:03 u16 rw - 1000").operational();
     rig.device.request_tpdo(1);
     rig.write(0x1800, 2, 1, 0).unwrap();
@@ -137,7 +138,7 @@ fn a_sync_that_fell_into_stopped_is_not_sent_later() {
 #[test]
 fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_reported_as_applied() {
     let mut rig = Rig::with("1400:02 u8 rw - 1\n1402:02 u8 rw - 1").operational();
-    // An object that does not exist stands for one that refuses its value.
+    // An object that does not exist acts like one that refuses its value.
     let whole = rig.od.clone();
     rig.od = whole.clone().without(0x607A);
     rig.send("205#1F00");
@@ -159,7 +160,7 @@ fn parameters_out_of_their_range_are_refused() {
     let mut rig = Rig::full();
     rig.write(0x1800, 1, 4, 0x8000_0185).unwrap();
     assert_eq!([240, 241, 255].map(|start| rig.write(0x1800, 6, 1, start)), [Ok(()), invalid, invalid]);
-    // TIME: it is consumed as 100h.
+    // TIME: the device consumes it as 100h.
     assert_eq!(rig.write(0x1012, 0, 4, 0x8000_00FF), invalid, "the identifier stays while TIME exists");
     assert_eq!(rig.write(0x1012, 0, 4, 0x4000_0100), invalid, "it is not produced");
     assert_eq!(rig.write(0x1012, 0, 4, 0xC000_0100), invalid, "it is not produced");
@@ -178,7 +179,7 @@ fn a_tpdo_may_not_have_the_identifier_of_another_service() {
     for (id, whose) in cases {
         assert_eq!(rig.write(0x1800, 1, 4, id), Err(AbortCode::PARAMETER_INCOMPATIBLE.0), "{whose}");
     }
-    // What is switched off takes no identifier.
+    // A service that is switched off occupies no identifier.
     rig.write(0x1014, 0, 4, 0x8000_0090).unwrap();
     assert_eq!(rig.write(0x1800, 1, 4, 0x90), Ok(()));
 }
@@ -194,7 +195,7 @@ fn error_control_does_not_wait_for_sdo() {
 
 #[test]
 fn the_error_register_shows_the_end_of_an_error_in_each_case() {
-    // The deadline of an RPDO has passed; outside OPERATIONAL there is none.
+    // The deadline of an RPDO passes; outside of OPERATIONAL there is no deadline.
     let lost = || {
         let mut rig = Rig::with("1400:05 u16 rw - 20").operational();
         rig.send("205#1F00");
@@ -209,7 +210,7 @@ fn the_error_register_shows_the_end_of_an_error_in_each_case() {
     let mut rig = lost();
     rig.device.enter(rig.now, NmtState::PreOperational);
     assert_eq!(rig.send("605#4001100000000000"), [over[0], "585#4F01100000000000"], "also when asked at once");
-    // 1029h lets a failure of the bus have the same effect.
+    // By 1029h, a failure of the bus has the same effect.
     let mut rig = lost();
     rig.device.communication_failed(rig.now);
     assert_eq!((rig.sent(), rig.state()), (over.map(String::from).to_vec(), NmtState::PreOperational));
@@ -218,7 +219,7 @@ fn the_error_register_shows_the_end_of_an_error_in_each_case() {
 #[test]
 fn no_service_gets_the_identifier_of_another_one() {
     let mut rig = Rig::with("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1\n1202:01 u32 rw - 0x80000000");
-    // EMCY, TIME and the RPDO are switched off first; they have other identifiers than before afterwards.
+    // EMCY, TIME and the RPDO are switched off first; afterwards they have other identifiers than before.
     rig.write(0x1014, 0, 4, 0x8000_0085).unwrap();
     rig.write(0x1012, 0, 4, 0x0000_0100).unwrap();
     rig.write(0x1400, 1, 4, 0x8000_0205).unwrap();
@@ -254,7 +255,7 @@ fn entries_are_written_in_the_states_that_the_data_sheet_allows() {
     let mut rig = rig.operational();
     assert_eq!([rig.write(0x6040, 0, 2, 1), rig.write(0x607A, 0, 4, 2)], [Ok(()), refused]);
     assert_eq!((rig.od.get(0x6040, 0), rig.od.get(0x607A, 0)), (1, 1));
-    // What is refused is to be read, and a PDO is not a write by SDO.
+    // An object that cannot be written can still be read, and the rules do not apply to PDOs.
     assert_eq!(rig.read(0x607A, 0), Ok(1));
     rig.send("405#020003000000");
     assert_eq!(rig.od.get(0x607A, 0), 3);

@@ -1,4 +1,4 @@
-//! What the application sets in its dictionary is sent by TPDOs without another call.
+//! TPDOs send what the application sets in its dictionary, without another call.
 
 use crate::common::{self, NODE, NOTHING, Rig};
 use lexican_runtime::device::Behaviour;
@@ -13,7 +13,7 @@ const fn row(index: u16, sub: u8, data_type: DataType) -> Row {
     Row::new(index, sub, data_type, Access::Rw, PdoMapping::Both)
 }
 
-/// TPDO 1 has two of three objects.
+/// TPDO 1 maps two of three objects.
 static TABLE: Table = Table {
     rows: &[
         row(0x1800, 1, DataType::Unsigned32).at(0, 4).plus_node(),
@@ -26,7 +26,7 @@ static TABLE: Table = Table {
     image: &[0x80, 1, 0, 0, 0, 2, 8, 1, 0, 0x60, 8, 2, 0, 0x60, 0, 0, 0],
 };
 
-/// A device in OPERATIONAL, with everything sent that this brings.
+/// A device in OPERATIONAL, after the TPDOs that are sent on entering.
 fn operational(transmission: u8) -> Rig<Dictionary<17>> {
     let mut od = Dictionary::new(&TABLE, NODE);
     od.set(TRANSMISSION, transmission);
@@ -58,7 +58,7 @@ fn a_synchronous_pdo_is_sent_with_the_next_sync_after_a_set_and_once() {
     assert_eq!(rig.sent(), NOTHING);
     let sent: Vec<usize> = (0..3).map(|_| rig.send("080#").len()).collect();
     assert_eq!(sent, [1, 0, 0]);
-    // Between the SYNC and what is sent with it, it is set again: that is the next event.
+    // It is set again between the SYNC and the transmission: this is the next event.
     rig.od.set(MAPPED, 8);
     rig.sent();
     rig.device.handle_frame(rig.now, &common::frame("080#"), &mut rig.od);

@@ -14,7 +14,7 @@ use lexican_runtime::{CobId, Frame, Instant, NodeId};
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// A controller with one transmit buffer, which is sent while the bus is idle, to the one device there.
+/// A controller with one transmit buffer, which is sent while the bus is idle, to the only device.
 struct Controller {
     device: Station<28>,
     is_idle: Rc<Cell<bool>>,

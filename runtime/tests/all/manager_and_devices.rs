@@ -15,7 +15,7 @@ use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// One device, one manager, and maybe a runner, on a bus without delay.
+/// A device, a manager, and perhaps a procedure's runner, on a bus without delay.
 struct Network {
     manager: Manager<4>,
     device: Device<3, 3, 2, 3>,
@@ -25,7 +25,7 @@ struct Network {
     events: Vec<Event>,
     /// Whether the device is on the bus.
     connected: bool,
-    /// A drive's state machine behind 6040h and 6041h.
+    /// The state machine of a drive, with 6040h and 6041h.
     drive: Option<State>,
 }
 
@@ -55,7 +55,7 @@ impl Network {
         network
     }
 
-    /// Lets all send until none has anything to send.
+    /// Lets all participants send until none has a frame.
     fn settle<'a>(&mut self, runner: &mut Runner<'a, impl Iterator<Item = Step<'a>>>) -> Option<procedure::Event<'a>> {
         let mut end = None;
         loop {
@@ -90,7 +90,7 @@ impl Network {
         }
     }
 
-    /// Obeys the control word.
+    /// Follows the control word.
     fn drive(&mut self, before: u16) {
         let Some(state) = self.drive else { return };
         let command = Command::parse(before, self.od.get(0x6040, 0) as u16);
@@ -191,7 +191,7 @@ fn an_emergency_reaches_the_manager() {
     let emergency = Emergency { code: ErrorCode(0x3120), register: ErrorRegister(5), vendor: [0; 5] };
     assert_eq!(network.take_events(), [Event::Emergency { node: NODE, emergency }]);
     assert_eq!(network.manager.remote(NODE).unwrap().error_register(), ErrorRegister(5));
-    // It boots, and has no errors.
+    // The device boots without errors.
     network.device.restart(network.now, &mut network.od);
     network.pass_ms(0);
     assert_eq!(network.manager.remote(NODE).unwrap().error_register(), ErrorRegister::NONE);
@@ -458,7 +458,7 @@ fn steer<'a>(steering: &'a Steering) -> Step<'a> {
     }
 }
 
-/// Steers a drive from a state to another; the end, its state and its control word.
+/// Steers a drive from one state to another. Returns the end, the drive's state and its control word.
 fn steered(from: State, control_word: u16, steering: &Steering) -> (procedure::Event<'_>, Option<State>, u64) {
     let mut network = Network::started();
     network.drive = Some(from);
@@ -475,7 +475,7 @@ fn a_drive_is_steered_to_a_state_if_a_way_leads_there() {
     let (end, drive, control_word) = steered(State::Fault, 0, &steering);
     assert!(matches!(end, procedure::Event::Finished { steps: 1 }), "{end:?}");
     assert_eq!((drive, control_word), (Some(State::OperationEnabled), 0x010F));
-    // A fault is reset though the control word has its bit already.
+    // A fault is reset even if the reset bit of the control word is already set.
     let steering = Steering { target: State::SwitchOnDisabled, transitions, control_word: 0 };
     let (end, drive, _) = steered(State::Fault, 0x0080, &steering);
     assert!(matches!(end, procedure::Event::Finished { steps: 1 }), "{end:?}");

@@ -54,7 +54,7 @@ proptest! {
         let mut value = Scalar::room_for::<u64>();
         for (frame, read, pause_ms) in script {
             if read {
-                // It may be busy: then it stays so.
+                // The transfer is refused if the manager is busy.
                 let _ = manager.read(now, NODE, Address::new(0x1000, 0));
             }
             manager.handle_frame(now, &frame, &mut value);
@@ -114,7 +114,7 @@ proptest! {
             prop_assert!(sent < 20 + pause_ms as usize, "a burst without end");
             now = end;
         }
-        // No node answers any more: within some seconds, the procedure has ended.
+        // No node answers any more, and the procedure ends within some seconds.
         for _ in 0..1000 {
             while runner.poll_transmit(now).is_some() {}
             let Some(due) = runner.poll_timeout() else { break };

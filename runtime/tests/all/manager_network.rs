@@ -1,4 +1,4 @@
-//! Booting a network: identity, configuration, mandatory and optional nodes, and nodes that get lost.
+//! Booting a network: identity, configuration, mandatory and optional nodes, and lost nodes.
 
 use crate::common::testing::TestOd;
 use crate::common::{self, FULL};
@@ -13,7 +13,7 @@ use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
 const FIVE: NodeId = NodeId::literal(5);
 const SIX: NodeId = NodeId::literal(6);
 
-/// 1017h = 100 ms.
+/// 1017h = 100 ms, as a concise DCF.
 const HEARTBEAT: &[u8] = &[1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 100, 0];
 
 struct Node {
@@ -28,10 +28,10 @@ struct Bus<'a> {
     now: Instant,
     events: Vec<NetworkEvent>,
     log: Vec<String>,
-    /// Which frame gets lost, and how many there were.
+    /// The number of the frame to lose, and the number of frames so far.
     lose: Option<usize>,
     frames: usize,
-    /// Frames to the nodes that begin so get lost.
+    /// Frames to the nodes that begin like this are lost.
     lose_all: &'static str,
 }
 
@@ -74,7 +74,7 @@ impl<'a> Bus<'a> {
         bus
     }
 
-    /// A network that is up, with two mandatory nodes.
+    /// A network that has started, with two mandatory nodes.
     fn up(on_loss: OnLoss) -> Self {
         let mut bus = Bus::new(on_loss, &[(FIVE, true, started()), (SIX, true, started())]);
         bus.start();
@@ -236,7 +236,7 @@ fn a_configuration_that_fails_names_its_entry() {
 
 #[test]
 fn a_node_that_has_its_configuration_already_is_not_configured_again() {
-    // The configuration says its own date and time.
+    // The configuration has its own date and time.
     let date = [0x20, 0x10, 1, 4, 0, 0, 0, 9, 0, 0, 0];
     let time = [0x20, 0x10, 2, 4, 0, 0, 0, 8, 0, 0, 0];
     let dcf = [&[3, 0, 0, 0], &HEARTBEAT[4..], &date[..], &time[..]].concat();
@@ -245,7 +245,7 @@ fn a_node_that_has_its_configuration_already_is_not_configured_again() {
     let writes = |bus: &mut Bus<'_>| {
         bus.log.clear();
         bus.network.start(bus.now, Duration::ZERO);
-        // The device keeps its values: they are stored.
+        // The device has stored its values, so they survive the reset.
         let kept = bus.nodes[0].od.clone();
         let reset = bus.network.poll_transmit(bus.now).unwrap();
         bus.deliver(&reset);
@@ -310,7 +310,7 @@ fn a_lost_node_is_reset_and_booted_again_when_it_is_back() {
     assert_eq!(bus.states()[1], NmtState::Operational);
     bus.pass_ms(3000);
     bus.take_events();
-    // It did not notice, and goes on with its heartbeat.
+    // The node did not notice it, and still sends its heartbeat.
     bus.nodes[0].connected = true;
     bus.pass_ms(1000);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
@@ -392,7 +392,7 @@ fn the_network_is_what_the_manager_s_dictionary_says() {
     assert_eq!(OnLoss::from_startup(od.get(0x1F80, 0) as u32), OnLoss::ResetAll);
 }
 
-/// A network that is up, and of which node 5 boots by itself.
+/// A network that has started, whose node 5 reboots by itself.
 fn rebooted(on_loss: OnLoss) -> Bus<'static> {
     let mut bus = Bus::up(on_loss);
     bus.reboot(0);
@@ -469,7 +469,7 @@ fn the_network_starts_as_1f80h_says() {
     assert_eq!(Startup::from_parameter(0b0001_0100), Startup { on_loss: OnLoss::ResetAll, ..Startup::default() });
 }
 
-/// Node 5 is to run on, node 6 is not; both are in `state`, and the network starts.
+/// Node 5 is kept alive, node 6 is not; both are in `state` when the network starts.
 fn kept_alive(state: NmtState, heartbeat_ms: u16, error_control: Duration) -> Bus<'static> {
     let plan = BootPlan { error_control, ..started() };
     let mut bus = Bus::new(
@@ -488,7 +488,7 @@ fn kept_alive(state: NmtState, heartbeat_ms: u16, error_control: Duration) -> Bu
         node.device.enter(bus.now, state);
     }
     if heartbeat_ms == 0 {
-        // No heartbeat is awaited: the node is asked for its state.
+        // No heartbeat is expected, so the node is asked for its state.
         let plan = BootPlan { keep_alive: true, error_control, ..started() };
         let silent = Assignment { heartbeat: Duration::ZERO, ..assignment(FIVE, true, plan) };
         bus.network.assign(FIVE, silent).unwrap();
@@ -515,7 +515,7 @@ fn a_node_that_is_operational_and_kept_alive_is_not_reset() {
 fn a_node_that_is_kept_alive_but_not_operational_is_reset_and_booted() {
     for heartbeat_ms in [100, 0] {
         let mut bus = kept_alive(NmtState::Stopped, heartbeat_ms, Duration::from_millis(250));
-        // In STOPPED, a node does not answer: it is a failure like that of any other node that is silent.
+        // In STOPPED, a node does not answer SDO, so its boot fails like that of any silent node.
         assert!(!bus.take_events().contains(&NetworkEvent::Ready));
         let mut bus = kept_alive(NmtState::PreOperational, heartbeat_ms, Duration::from_millis(250));
         assert_eq!(bus.log.iter().filter(|frame| *frame == "000#8205").count(), 1);
@@ -533,7 +533,7 @@ fn all_nodes_are_started_at_once_when_that_is_wanted_and_later_ones_then() {
     let starts =
         |bus: &Bus<'_>| bus.log.iter().filter(|frame| frame.starts_with("000#01")).cloned().collect::<Vec<_>>();
     assert_eq!((starts(&bus), bus.states()), (vec!["000#0100".into()], vec![NmtState::Operational; 2]));
-    // An optional node that is still missing: the others are started one by one, and it when it comes.
+    // An optional node is still missing: the others are started one by one, and this one when it comes.
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, false, started())]);
     bus.network = bus.network.with_start_of_all(true);
     bus.nodes[1].connected = false;
@@ -559,7 +559,7 @@ fn a_node_that_is_not_to_be_booted_without_asking_waits() {
     bus.pass_ms(1000);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
     bus.log.clear();
-    // It gets lost, and comes back without having noticed.
+    // The node is lost, and comes back without having noticed.
     bus.nodes[0].connected = false;
     bus.pass_ms(500);
     bus.nodes[0].connected = true;
@@ -580,7 +580,7 @@ fn starts(bus: &Bus<'_>) -> usize {
     bus.log.iter().filter(|frame| frame.starts_with("000#01")).count()
 }
 
-/// Node 5 is mandatory, and deaf to what begins so; node 6 is optional. They have 10 s.
+/// Node 5 is mandatory, and receives no frames that begin with `to`; node 6 is optional. They have 10 s.
 fn deaf(to: &'static str, plan: BootPlan<&'static [u8]>, start_all: bool) -> Bus<'static> {
     let heard = BootPlan { configuration: HEARTBEAT, ..plan };
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan), (SIX, false, heard)]);
@@ -601,7 +601,7 @@ fn a_node_has_booted_when_it_reports_operational_and_not_before() {
         assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX), failed, NetworkEvent::BootTimeElapsed]);
         assert_eq!((starts(&bus), bus.network.is_ready()), (4, false), "one for node 6, three for node 5");
         assert_eq!(bus.states(), [NmtState::PreOperational, NmtState::Operational]);
-        // It is tried again when it boots again.
+        // The node is tried again when it reboots.
         bus.lose_all = "nothing";
         bus.reboot(0);
         bus.pass_ms(500);
@@ -612,7 +612,7 @@ fn a_node_has_booted_when_it_reports_operational_and_not_before() {
 
 #[test]
 fn a_node_that_does_not_report_its_state_has_not_booted() {
-    // It has no heartbeat, and the request for its state does not reach it.
+    // The node has no heartbeat, and the request for its state does not reach it.
     let mut bus = deaf("705#R", BootPlan { configuration: &[][..], ..started() }, false);
     let failed = NetworkEvent::Failed { node: FIVE, mandatory: true, error: BootError::NoState };
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX), failed, NetworkEvent::BootTimeElapsed]);
@@ -620,7 +620,7 @@ fn a_node_that_does_not_report_its_state_has_not_booted() {
 
 #[test]
 fn nodes_that_are_started_at_once_have_booted_when_they_report_it() {
-    // The first command to all gets lost: each is commanded by itself then.
+    // The first command to all nodes is lost: each is then commanded by itself.
     let mut bus = deaf("000#0100", started(), true);
     let ready = [NetworkEvent::Booted(FIVE), NetworkEvent::Booted(SIX), NetworkEvent::Ready];
     assert_eq!((bus.take_events(), starts(&bus)), (ready.to_vec(), 3));
@@ -668,7 +668,7 @@ fn a_guarded_node_is_asked_and_lost_when_it_does_not_answer() {
 }
 
 impl Bus<'_> {
-    /// Node 5 sends this every millisecond, whatever it is asked.
+    /// Node 5 sends this frame every millisecond, whatever it is asked.
     fn storm(&mut self, ms: u64, frame: &str) {
         self.nodes[0].connected = false;
         for _ in 0..ms {
@@ -694,12 +694,12 @@ fn a_node_that_sends_boot_ups_only_is_booted_ever_more_rarely() {
     bus.log.clear();
     bus.storm(100_000, "705#00");
     assert_eq!((bus.log.len(), bus.take_events()), (4, vec![]), "at 15, 31, 63 and 95 s");
-    // It is sound again: the next attempt succeeds.
+    // The node works again: the next attempt succeeds.
     bus.nodes[0].connected = true;
     bus.reboot(0);
     bus.pass_ms(32_000);
     assert_eq!((bus.take_events(), bus.states()), (BOOTED.to_vec(), vec![NmtState::Operational; 2]));
-    // After a calm time, it is booted at once.
+    // After a quiet time, the node is booted at once.
     bus.pass_ms(64_000);
     bus.reboot(0);
     bus.pass_ms(100);
@@ -711,7 +711,7 @@ fn what_a_node_has_sent_before_its_reset_does_not_reset_it_again() {
     let mut bus = unplugged(OnLoss::ResetNode);
     bus.pass_ms(4_000);
     (bus.events, bus.log) = (Vec::new(), Vec::new());
-    // It was frozen: its heartbeats come all at once, then it obeys the reset, and takes its time.
+    // The node was frozen: its heartbeats come all at once; then it follows the reset, and takes its time.
     for _ in 0..41 {
         bus.storm(1, "705#05");
     }
@@ -733,7 +733,7 @@ fn a_node_that_does_not_obey_its_resets_is_reset_ever_more_rarely() {
         bus.storm(1, "705#05");
         bus.pass_ms(99);
     }
-    // The reset at its loss was the first: 2, 4, 8 and 16 s lie between the others.
+    // The reset at the loss was the first; the others follow after 2, 4, 8 and 16 s.
     assert_eq!(bus.sent("000#8105"), 4);
     assert!(bus.take_events().contains(&NetworkEvent::BootLoop(FIVE)));
     assert!(bus.log.len() < 200, "{}", bus.log.len());
@@ -747,7 +747,7 @@ fn a_node_that_boots_well_but_again_and_again_resets_the_others_ever_more_rarely
             bus.reboot(0);
             bus.pass_ms(100);
         }
-        // It is booted at 0, 1, 3, 7, 15, 31, 63 and 95 s, and each time lost once more.
+        // The node is booted at 0, 1, 3, 7, 15, 31, 63 and 95 s, and is lost again each time.
         assert_eq!((bus.sent("000#8200"), bus.sent("000#0200")), (resets, stops));
         assert!(bus.log.len() < 200, "{}", bus.log.len());
         assert_eq!(bus.events.iter().filter(|&&event| event == NetworkEvent::BootLoop(FIVE)).count(), 1);

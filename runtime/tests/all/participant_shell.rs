@@ -43,7 +43,7 @@ impl Rig {
 fn a_device_receives_its_pdo_under_an_identifier_that_sdo_has_just_set() {
     let mut rig = Rig::new();
     assert_eq!(rig.exchange(&["000#0105"])[0], "705#00");
-    // Off, another identifier, on: 1400h:01.
+    // 1400h:01: off, another identifier, on.
     let answers = rig.exchange(&["605#2300140105020080", "605#2300140134030080", "605#2300140134030000"]);
     assert_eq!(answers, ["585#6000140100000000"; 3]);
     rig.participant.node().events.clear();
@@ -58,7 +58,7 @@ fn a_device_receives_its_pdo_under_an_identifier_that_sdo_has_just_set() {
 fn frames_of_others_do_not_reach_the_device() {
     let mut rig = Rig::new();
     rig.exchange(&["606#4000100000000000", "185#00", "123#0102", "7E5#04", "605#4000100000000000"]);
-    // With the TPDO's identifier, which may be asked for.
+    // Received besides: the TPDO's identifier, because it may be requested by RTR.
     assert_eq!(rig.participant.node().heard, 2);
 }
 
@@ -90,7 +90,7 @@ fn the_state_of_the_bus_is_reported_and_a_series_of_refused_frames_once() {
 #[test]
 fn a_flood_of_frames_delays_neither_the_heartbeat_nor_the_end() {
     let mut rig = Rig::new();
-    // A heartbeat every 10 ms, and an RPDO that yields to it on the bus: extended, the last one that there is.
+    // A heartbeat every 10 ms, and an RPDO that loses arbitration to it: its identifier is the highest extended one.
     rig.exchange(&["605#2B1710000A000000", "605#2300140105020080", "605#23001401FFFFFF3F", "000#0105"]);
     let flood = Frame::new(CobId::extended(0x1FFF_FFFF).unwrap(), &[0x34, 0x12]).unwrap();
     for _ in 0..2_000 {

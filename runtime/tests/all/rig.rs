@@ -1,4 +1,4 @@
-//! A device as a node of a bus, and a link that a test tampers with.
+//! A device as a node of a bus, and a link whose frames a test can change.
 
 use crate::common::testing::TestOd;
 use crate::common::{FULL, NODE};
@@ -10,7 +10,7 @@ use lexican_runtime::{CobId, Frame, Instant, NodeId};
 /// The name, which can be written.
 pub(crate) const TEXT: Address = Address::new(0x1008, 0);
 
-/// A device that counts its frames, and stores its events.
+/// A device that counts its frames and records its events.
 pub(crate) struct Recorder {
     pub(crate) device: Device<3, 3, 2, 3>,
     pub(crate) od: TestOd,
@@ -19,12 +19,12 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// One with everything, which has just been switched on.
+    /// A device with every service, which has just been switched on.
     pub(crate) fn full() -> Self {
         Recorder::of(NODE, TestOd::new(FULL))
     }
 
-    /// One with a name of `len` bytes, long enough for block transfers.
+    /// A device whose name has `len` bytes, enough for block transfers.
     pub(crate) fn named(node: NodeId, len: usize) -> Self {
         let name = format!("1008:00 text rw - {}", "n".repeat(len));
         Recorder::of(node, TestOd::new(FULL).without(0x1200).with(&name))
@@ -59,14 +59,14 @@ impl Node for Recorder {
     }
 }
 
-/// A link whose frames the test sends and receives, over another one.
+/// A link over another one; the test's functions send and receive its frames.
 pub(crate) struct Tampered<L, S, R> {
     link: L,
     send: S,
     receive: R,
 }
 
-/// `Link::send` and `Link::receive` themselves change nothing.
+/// With `Link::send` and `Link::receive`, nothing is changed.
 pub(crate) fn tampered<L: Link, S, R>(link: L, send: S, receive: R) -> Tampered<L, S, R>
 where
     S: FnMut(&mut L, &Frame) -> Result<(), LinkError>,

@@ -1,5 +1,4 @@
-//! Frames that make some sense, in any order: nothing panics, nothing goes on for ever, and afterwards a transfer
-//! works.
+//! Plausible frames in any order: no side panics or goes on for ever, and a transfer works afterwards.
 
 use crate::sdo_support::{Bus, Growing, NODE, Od, at, pattern};
 use lexican_runtime::object::{Access, Address, DataType};
@@ -20,7 +19,7 @@ fn dictionary() -> Od {
         .with(at(0x2002, 0), DataType::Domain, Access::Rw, &pattern(50))
 }
 
-/// What is done to a side: a frame, a wait, or the frames that are to be sent.
+/// What happens to a side: a frame, a wait, or the transmission of its frames.
 #[derive(Clone, Debug)]
 enum Step {
     Frame(Vec<u8>),
@@ -30,7 +29,7 @@ enum Step {
     Abort,
 }
 
-/// Commands of both directions are likely, and so are small numbers and addresses that exist.
+/// Data in which commands of both directions, small numbers and existing addresses are frequent.
 fn data() -> impl Strategy<Value = Vec<u8>> {
     let command = prop_oneof![
         4 => prop::sample::select(vec![
@@ -107,7 +106,7 @@ proptest! {
                 Step::Begin { .. } | Step::Abort => {}
             }
         }
-        // Without further requests it sends at most one block and its aborts, and is idle soon.
+        // Without further requests, it sends at most one block and its aborts, and is soon idle.
         let mut sent = 0;
         while bus.server.is_busy() {
             while bus.server.poll_transmit(bus.now, &mut bus.od).is_some() {
@@ -165,7 +164,7 @@ proptest! {
                         _ => bus.client.write(bus.now, address, len),
                     };
                     prop_assert_eq!(begun.is_err(), was_busy);
-                    // Most of what comes is an answer to something only when it was asked.
+                    // Send the request, because most frames are answers only if something was asked.
                     let _ = bus.client.poll_transmit(bus.now, &mut payload);
                 }
                 Step::Abort => bus.client.abort(lexican_runtime::AbortCode::GENERAL),

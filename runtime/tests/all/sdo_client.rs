@@ -1,6 +1,6 @@
-//! What the client sends, frame by frame, and how it takes what a server answers. Some of it other CANopen stacks got
-//! wrong: zencan 0.0.5 and canopen-rs 0.6.1, canopen-sdo 0.2.0, oze-canopen 0.1.0, where it was reproduced, and
-//! canopen-python, CANopenNode and ros2_canopen, by public threads; the comments say which.
+//! The frames that the client sends, and how it handles a server's answers. Other CANopen stacks got some of this
+//! wrong: zencan 0.0.5, canopen-rs 0.6.1, canopen-sdo 0.2.0 and oze-canopen 0.1.0, where it was reproduced; and
+//! canopen-python, CANopenNode and ros2_canopen, according to public threads. The comments say which.
 
 use crate::sdo_support::{Growing, NODE, at, check_client, frame, pattern};
 use lexican_runtime::object::Address;
@@ -29,7 +29,7 @@ fn writing_block(len: u32) -> SdoClient {
     client
 }
 
-/// A client that goes over to blocks from 30 bytes on.
+/// A client that uses blocks from 30 bytes on.
 fn by_size() -> SdoClient {
     SdoClient::of_node(NODE).with_block_writes_from(30).with_block_reads_from(30)
 }
@@ -48,7 +48,7 @@ fn the_examples_of_the_manual_are_sent_byte_for_byte() {
     client.write(NOW, at(0x607D, 2), value.len()).unwrap();
     let event = check_client(&mut client, &mut value, "237D600280841E00 > 607D6002");
     assert_eq!(event, Some(Event::Done { address: at(0x607D, 2), len: 4 }));
-    // zencan 6 takes no data from an answer that does not say how many bytes count.
+    // zencan 6 takes no data from an answer that does not indicate the number of bytes.
     let mut value = Scalar::room_for::<u16>();
     let event = check_client(&mut reading(DOMAIN), &mut value, "40032000 > 42032000E803");
     assert_eq!((event, value.get()), (done(2), Ok(1000_u16)));
@@ -100,7 +100,7 @@ fn a_server_that_was_asked_for_nothing_yet_is_sent_no_abort() {
     let mut client = reading(DOMAIN);
     client.abort(AbortCode::GENERAL);
     check_client(&mut client, &mut [0; 0], ">");
-    // The abort of the transfer before is sent nevertheless.
+    // The abort of the previous transfer is sent all the same.
     client.read(NOW, DOMAIN).unwrap();
     check_client(&mut client, &mut [0; 0], "40032000 >");
     client.abort(AbortCode::GENERAL);
@@ -109,7 +109,7 @@ fn a_server_that_was_asked_for_nothing_yet_is_sent_no_abort() {
     check_client(&mut client, &mut [0; 0], "8003200000000008 >");
 }
 
-// zencan 6. ros2_canopen #194: the time is not to be set.
+// zencan 6. ros2_canopen #194: the time-out cannot be set.
 #[test]
 fn a_client_that_waits_no_longer_sends_an_abort() {
     for patience_us in [1_000_000, 70_000] {
@@ -167,9 +167,9 @@ fn a_segmented_read_need_not_announce_its_size() {
 fn a_server_may_answer_a_block_request_with_segments() {
     let mut data = [1, 2, 3, 4, 5];
     for script in [
-        // It knows no blocks,
+        // It does not support blocks,
         "A40320007F15 > 8003200001000405\n 40032000 > 4103200005\n 60 > 050102030405",
-        // or has few bytes.
+        // or it has few bytes.
         "A40320007F15 > 4103200005\n 60 > 050102030405",
     ] {
         assert_eq!(check_client(&mut reading_block(), &mut data, script), done(5));
@@ -203,7 +203,7 @@ fn segments_that_are_sent_again_are_numbered_from_one() {
     assert_eq!(check_client(&mut writing_block(21), &mut [0xAA; 21], script), done(21));
 }
 
-// zencan 6, by its own note.
+// zencan 6, according to its own note.
 #[test]
 fn a_gap_in_a_block_is_noticed_at_its_end() {
     let mut data = [0; 21];
@@ -219,7 +219,7 @@ fn a_gap_in_a_block_is_noticed_at_its_end() {
     assert_eq!(data, [1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3]);
 }
 
-// canopen-python #618: a block write without a checksum ends with DDh 00h when it comes in portions.
+// canopen-python #618: a block write without a checksum ends with DDh 00h if the data come in portions.
 #[test]
 fn a_block_write_without_checksum_ends_with_its_own_number_of_unused_bytes() {
     let script = "C60320000A > A00320007F\n 01AAAAAAAAAAAAAA 82AAAAAA > A2027F\n D1 > A1";
@@ -236,13 +236,13 @@ fn a_block_may_be_confirmed_before_its_end() {
     for sequence in 1..=4 {
         assert_eq!(client.poll_transmit(NOW, &mut payload).unwrap().data()[0], sequence);
     }
-    // The server has got three of the four, and asks to begin anew after these.
+    // The server has received three of four segments, and asks to continue after these.
     client.handle_frame(NOW, &frame("585#A2037F0000000000"), &mut payload);
     let next = client.poll_transmit(NOW, &mut payload).unwrap();
     assert_eq!((next.data()[0], &next.data()[1..]), (1, &pattern(42)[21..28]));
 }
 
-/// The server is silent: its time is over, and the client tries something else.
+/// The server is silent: the time-out ends, and the client tries another way.
 fn time_passes(client: &mut SdoClient) {
     let deadline = client.poll_timeout().unwrap();
     assert_eq!(client.handle_timeout(deadline), None);
@@ -257,7 +257,7 @@ fn a_server_that_begins_no_block_read_is_asked_for_segments_from_then_on() {
         60 > 0001020304050607
         70 > 1001020304050607
         60 > 0701020304";
-    // It aborts, for any reason, or is silent.
+    // The server aborts with some code, or is silent.
     for refusal in ["8003200001000405", "8003200000000008", ""] {
         let (mut client, mut data) = (by_size(), [0; 40]);
         client.read(NOW, DOMAIN).unwrap();
@@ -312,8 +312,8 @@ fn a_dead_node_does_not_count_as_one_without_blocks() {
     assert_eq!(client.poll_transmit(Instant::ZERO, &mut data), Some(frame("605#C60320001E000000")));
 }
 
-/// How long a transfer lasts with a server that gives the same answers after every request, each 100 ms after it;
-/// and how it ends.
+/// How long a transfer lasts with a server that gives the same answers to every request, each after 100 ms; and how it
+/// ends.
 fn stalling(mut client: SdoClient, answers: &[&str]) -> (Duration, Event) {
     let (mut now, mut data) = (Instant::ZERO, [0; 64]);
     let mut at = answers.iter().cycle();
@@ -344,17 +344,17 @@ fn a_transfer_that_makes_no_progress_ends() {
         client
     };
     let ten_seconds = Duration::from_secs(10);
-    // Segments without a byte.
+    // Segments without data.
     let client = begun(SdoClient::of_node(NODE), "585#4003200000000000", true);
     assert_eq!(stalling(client, &["585#0E00000000000000", "585#1E00000000000000"]), (ten_seconds, stalled));
-    // The first segment of a block, for ever.
+    // Always the first segment of a block.
     let mut client = begun(by_size(), "585#4103200040000000", true);
     while client.poll_transmit(Instant::ZERO, &mut [0; 64]).is_some() {}
     client.handle_frame(Instant::ZERO, &frame("585#C603200040000000"), &mut [0; 64]);
     let (lasted, event) = stalling(client, &["585#0101020304050607"]);
     assert_eq!(event, stalled);
     assert!(lasted > ten_seconds && lasted < Duration::from_millis(10_200), "{lasted:?}: seven bytes came");
-    // Nothing of a block is ever confirmed.
+    // No segment of a block is ever confirmed.
     let client = begun(by_size(), "585#A40320007F000000", false);
     let (lasted, event) = stalling(client, &["585#A2007F0000000000"]);
     assert!(matches!(event, Event::Failed(_)) && lasted <= ten_seconds, "{event:?}");

@@ -1,5 +1,5 @@
-//! Every fault at every frame of every kind of transfer: it ends in success with the right data or in a
-//! clean error, and the next one works.
+//! Every fault at every frame of every kind of transfer: the transfer ends with the right data or with a clean error,
+//! and the next one works.
 
 use crate::sdo_support::{Bus, Fault, Growing, NODE, Od, at, frame, pattern};
 use lexican_runtime::object::{Access, Address, DataType};
@@ -63,7 +63,7 @@ impl Case {
         bus
     }
 
-    /// Runs the transfer, and returns what arrived.
+    /// Runs the transfer, and returns the data that arrived.
     fn run(&self, bus: &mut Bus, fault: Fault<'_>) -> (Event, Vec<u8>) {
         let mut payload = self.begin(bus);
         let event = bus.run(&mut payload, fault);
@@ -92,7 +92,7 @@ impl Case {
         Event::Done { address: self.address, len: self.len as u32 }
     }
 
-    /// The number of frames of the transfer when nothing disturbs it.
+    /// The number of frames of an undisturbed transfer.
     fn frames(&self) -> usize {
         let mut bus = self.bus();
         assert_eq!(self.run(&mut bus, &mut pass), (self.done(), pattern(self.len)), "{self:?}");
@@ -105,7 +105,7 @@ fn pass(_: usize, frame: Frame) -> Vec<Frame> {
     vec![frame]
 }
 
-/// All verbs, one after the other, with nothing in their way.
+/// Runs every kind of transfer in turn, undisturbed.
 #[track_caller]
 fn check_that_the_next_work(bus: &mut Bus, context: &str) {
     for verb in [Verb::Write, Verb::Read, Verb::WriteBlock, Verb::ReadBlock] {
@@ -116,7 +116,7 @@ fn check_that_the_next_work(bus: &mut Bus, context: &str) {
     }
 }
 
-/// Does `fault` to frame `k` of every transfer, for every `k`.
+/// Applies `fault` to frame `k` of every transfer, for every `k`.
 fn check_every_frame(name: &str, is_detected: bool, mut fault: impl FnMut(usize, usize, Frame) -> Vec<Frame>) {
     for case in cases() {
         for k in 0..case.frames() {
@@ -124,7 +124,7 @@ fn check_every_frame(name: &str, is_detected: bool, mut fault: impl FnMut(usize,
             let (event, data) = case.run(&mut bus, &mut |i, frame| fault(k, i, frame));
             let context = format!("{name} of frame {k} of {case:?}: {event:?}");
             if !is_detected {
-                // The client may take for an abort what was none, and the server has to notice.
+                // The client may have taken a frame for an abort that was none; the server has to time out.
                 bus.settle();
             } else if event == case.done() {
                 assert_eq!(data, pattern(case.len), "{context}");
@@ -144,7 +144,7 @@ fn any_frame_may_get_lost() {
 fn any_two_frames_may_get_lost() {
     for case in cases() {
         for first in 0..case.frames() {
-            // The second one is any of those that make the first one good, too.
+            // The second loss is any later frame, including those that recover from the first loss.
             let mut bus = case.bus();
             case.run(&mut bus, &mut |i, frame| if i == first { vec![] } else { vec![frame] });
             for second in first + 1..bus.log.len() {
@@ -199,7 +199,7 @@ fn a_flipped_bit_in_the_data_of_a_block_is_noticed() {
                 let mut bus = case.bus();
                 let (event, data) =
                     case.run(&mut bus, &mut |i, frame| vec![if i == k { flipped(frame, bit) } else { frame }]);
-                // Few bytes are read without a block, and so without a checksum.
+                // A short value is read without a block, and so without a checksum.
                 if event == case.done() && bus.log[1].data()[0] & 0xE0 != 0x40 && bus.log[1].data()[0] != 0x60 {
                     assert_eq!(data, pattern(case.len), "bit {bit} of frame {k} of {case:?}");
                 }
@@ -260,7 +260,7 @@ fn the_client_may_abort_at_every_point() {
 #[test]
 fn the_server_may_abort_at_every_point() {
     for case in cases() {
-        // An abort that comes when all is over is none, and one before the first request is not heard.
+        // An abort after the end is none, and one before the first request is not received.
         for k in 1..case.frames() - 1 {
             let mut bus = case.bus();
             let [low, high] = case.address.index().to_le_bytes();
@@ -269,7 +269,7 @@ fn the_server_may_abort_at_every_point() {
             let (event, _) = case.run(&mut bus, &mut |i, frame| if i == k { vec![abort] } else { vec![frame] });
             let error = SdoError::Aborted { address: case.address, code: AbortCode::LOCAL_CONTROL };
             assert_eq!(event, Event::Failed(error), "abort instead of frame {k} of {case:?}");
-            // It was not the server that aborted, so it has to notice.
+            // The server itself has not aborted, so it has to time out.
             bus.settle();
             check_that_the_next_work(&mut bus, &format!("abort by the server instead of frame {k} of {case:?}"));
         }
@@ -318,7 +318,7 @@ fn a_server_whose_client_has_vanished_gives_up_and_says_so() {
     }
 }
 
-/// The first bytes of those frames of a transfer whose loss is not made good.
+/// The first byte of each frame whose loss makes the transfer fail.
 fn unrecovered(case: Case) -> Vec<u8> {
     let mut commands = vec![];
     for k in 0..case.frames() {
@@ -338,8 +338,8 @@ fn a_block_transfer_recovers_from_the_loss_of_any_frame_once_begun() {
         for block_size in [2, 3, 4, 5, 127] {
             for len in [22, 28, 29, 35, 36, 63, 890] {
                 let case = |verb| Case { verb, address: DOMAIN, len, block_size, hides_len };
-                // The answer to the initiation, whose loss the server notices first; and the answer to the end, with
-                // which all was written. Without an initiation the write goes on in segments.
+                // The answer to the initiation of a write, because the server times out first; and the answer to the end,
+                // when all is written. If the request for the initiation is lost, the write goes on in segments.
                 assert_eq!(unrecovered(case(Verb::WriteBlock)), [0xA4, 0xA1], "{:?}", case(Verb::WriteBlock));
                 let answer = if hides_len { 0xC4 } else { 0xC6 };
                 assert_eq!(unrecovered(case(Verb::ReadBlock)), [0xA4, answer], "{:?}", case(Verb::ReadBlock));
@@ -357,7 +357,7 @@ proptest! {
         len in 0..400_usize,
         block_size in 1..=127_u8,
         hides_len: bool,
-        // One of 16 frames is lost, one is repeated, one is overtaken.
+        // Of 16 frames, one is lost, one is repeated, and one is overtaken.
         fates in prop::collection::vec(0..16_u8, 1..64),
     ) {
         let case = Case { verb, address: DOMAIN, len, block_size, hides_len };

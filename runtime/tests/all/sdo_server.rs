@@ -1,5 +1,5 @@
-//! What the server answers, frame by frame. Some of it other CANopen stacks got wrong: zencan 0.0.5, canopen-rs 0.6.1,
-//! where it was reproduced, and CANopenNode, by public threads; the comments say which.
+//! The frames that the server answers. Other CANopen stacks got some of this wrong: zencan 0.0.5 and canopen-rs 0.6.1,
+//! where it was reproduced; and CANopenNode, according to public threads. The comments say which.
 
 use crate::sdo_support::{Bus, NODE, Od, at, check_server, frame, pattern};
 use lexican_runtime::object::{Access, Address, DataType};
@@ -13,7 +13,7 @@ fn bus() -> Bus {
     bus_with(b"")
 }
 
-/// With these bytes in 2003h.
+/// A bus whose server has these bytes in 2003h.
 fn bus_with(domain: &[u8]) -> Bus {
     Bus::new(
         Od::default()
@@ -31,7 +31,7 @@ fn bus_with(domain: &[u8]) -> Bus {
     )
 }
 
-/// Checks the answers of a server with this dictionary, and an entry afterwards.
+/// Checks the answers of the default server, and then the value of an entry.
 #[track_caller]
 fn check_value(script: &str, address: Address, value: &[u8]) {
     let mut bus = bus();
@@ -61,7 +61,7 @@ fn the_number_of_bytes_shows_in_the_command_of_an_expedited_transfer() {
         27002003070809 > 60002003
         ",
     );
-    // A write that does not show it takes as many bytes as the entry has; zencan 7 refuses it.
+    // A write without an indicated size takes as many bytes as the entry has; zencan 7 refuses it.
     check_value("22002002070809 > 60002002", at(0x2000, 2), &[7, 8]);
 }
 
@@ -103,7 +103,7 @@ fn a_segmented_write_is_taken_whole_with_or_without_its_size() {
         let script = format!("{initiate} > 60002008\n 0009080706050403 > 20\n 1D02 > 30");
         check_value(&script, at(0x2000, 8), &[9, 8, 7, 6, 5, 4, 3, 2]);
     }
-    // canopen-rs 4 wants the size.
+    // canopen-rs 4 requires the size.
     check_value("20042000 > 60042000\n 096E6577 > 20", TEXT, b"new");
 }
 
@@ -140,7 +140,7 @@ fn a_toggle_bit_that_does_not_alternate_ends_the_transfer() {
 #[test]
 fn frames_of_another_length_are_no_sdo() {
     let mut bus = bus();
-    // canopen-rs 4 takes them.
+    // canopen-rs 4 accepts them.
     let short = ["605#407C6000000000", "605#40002001", "605#2B002002E803", "605#", "604#407C600000000000"].map(frame);
     for frame in short.into_iter().chain([Frame::remote(frame("605#").id(), 8).unwrap()]) {
         assert_eq!(bus.server.handle_frame(Instant::ZERO, &frame, &mut bus.od), None);
@@ -159,13 +159,13 @@ fn a_text_changes_when_all_of_it_has_come_and_not_before() {
         "",
         "8004200000000405 >",
         "0037383940414243 > 8004200000000305",
-        // More or less than announced.
+        // More or fewer bytes than announced.
         "1037383940414243 > 8004200012000706",
         "17373839 > 8004200013000706",
     ] {
         check(begun, script, b"as it was");
     }
-    // More than there is room for; and nothing, which is less than it was.
+    // More bytes than there is room for; and no bytes, which is shorter than before.
     let long = "0030313233343536 > 20\n 1037383940414243 > 30\n 0037383940414243 > 8004200012000706";
     check(unannounced, long, b"as it was");
     check(unannounced, "0F > 20", b"");
@@ -220,8 +220,8 @@ fn an_empty_domain_is_read_by_block() {
     check_server(&mut bus(), "A00320007F > C6032000\n A3 > 81\n A2017F > DD\n A1 >");
 }
 
-// CANopenNode #39, found by the conformance test: the request after a block read was dropped. zencan 4 answers the end,
-// which fails the next transfer.
+// CANopenNode #39, found by the conformance test: the request after a block read was dropped. zencan 4 answers the end
+// of the transfer, which makes the next transfer fail.
 #[test]
 fn a_request_right_after_the_end_of_a_block_read_is_answered() {
     let mut bus = bus_with(&pattern(10));
@@ -281,7 +281,7 @@ fn a_client_may_abort_in_the_midst_of_a_block() {
     assert!(!bus.server.is_busy());
 }
 
-// zencan 7: 25 ms, fixed.
+// zencan 7: always 25 ms.
 #[test]
 fn the_server_waits_as_long_as_it_is_set_to() {
     let mut bus = bus();

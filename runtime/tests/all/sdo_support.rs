@@ -1,4 +1,4 @@
-//! A client and a server on a bus in virtual time, and a dictionary that can be anything.
+//! A client and a server on a bus in virtual time, and a dictionary with any entries.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses its own part of this")]
 
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ pub const fn at(index: u16, sub: u8) -> Address {
     Address::new(index, sub)
 }
 
-/// Lines of `requests > responses`, each frame by its data, without the zeros at its end.
+/// Parses lines of `requests > responses`. A frame is given by its data, without trailing zeros.
 fn script(text: &str) -> impl Iterator<Item = [Vec<[u8; 8]>; 2]> {
     let frames = |texts: &str| {
         let padded = texts.split_whitespace().map(|data| format!("000#{data:0<16}"));
@@ -59,25 +59,25 @@ fn data_of(frames: &[Frame]) -> Vec<&[u8]> {
     frames.iter().map(Frame::data).collect()
 }
 
-/// Bytes that differ from their neighbours, so that an exchanged one shows.
+/// Bytes that differ from their neighbours, so that an exchange is noticed.
 pub fn pattern(len: usize) -> Vec<u8> {
     (0..len).map(|i| (i * 31 + i / 251 * 7 + 1) as u8).collect()
 }
 
-/// A dictionary in memory. Text, bytes and domains grow as they are written.
+/// A dictionary in memory. Text, bytes and domains grow when they are written.
 #[derive(Clone, Default)]
 pub struct Od {
     pub entries: BTreeMap<Address, (Entry, Vec<u8>)>,
-    /// Whether the dictionary knows lengths beforehand.
+    /// Whether the dictionary does not know lengths in advance.
     pub hides_len: bool,
-    /// From which offset on reads fail.
+    /// The offset from which reads fail.
     pub breaks_at: Option<u32>,
     /// How often a value was written to its end.
     pub completed: usize,
 }
 
 impl Od {
-    /// With an entry; text, bytes and domains have no end.
+    /// Adds an entry. Text, bytes and domains have no limit.
     pub fn with(mut self, address: Address, data_type: DataType, access: Access, value: &[u8]) -> Self {
         let capacity = data_type.size().unwrap_or(0) as u16;
         let entry = Entry::new(address.index(), address.sub(), data_type, access, PdoMapping::None);
@@ -86,7 +86,7 @@ impl Od {
         self
     }
 
-    /// With an entry that one may write and that has room for `capacity` bytes.
+    /// Adds an entry that can be read and written, with room for `capacity` bytes.
     pub fn with_capacity(mut self, address: Address, data_type: DataType, capacity: u16, value: &[u8]) -> Self {
         let entry = Entry::new(address.index(), address.sub(), data_type, Access::Rw, PdoMapping::None);
         self.entries.insert(address, (Entry { capacity, ..entry }, value.to_vec()));
@@ -136,7 +136,7 @@ impl ObjectDictionary for Od {
     }
 }
 
-/// What becomes of frame `k`.
+/// Returns the frames that replace frame `k`.
 pub type Fault<'a> = &'a mut dyn FnMut(usize, Frame) -> Vec<Frame>;
 
 /// A client and a server of node 5.
@@ -145,7 +145,7 @@ pub struct Bus {
     pub server: SdoServer,
     pub od: Od,
     pub now: Instant,
-    /// Everything that was sent, lost or not.
+    /// All frames that were sent, lost or not.
     pub log: Vec<Frame>,
     /// What the server reported.
     pub events: Vec<sdo_server::Event>,
@@ -176,7 +176,7 @@ impl Bus {
         self.run(&mut { data }, &mut |_, frame| vec![frame])
     }
 
-    /// Runs the transfer that was begun until it ends. Every frame takes 250 us.
+    /// Runs the transfer in progress until it ends. Every frame takes 250 us.
     pub fn run(&mut self, payload: &mut dyn Payload, fault: Fault<'_>) -> sdo_client::Event {
         for _ in 0..100_000 {
             if let Some(event) = self.step(payload, fault) {
@@ -191,7 +191,7 @@ impl Bus {
         );
     }
 
-    /// Lets everything happen that is still to happen without the client beginning anything.
+    /// Runs everything to its end, while the client begins nothing new.
     pub fn settle(&mut self) {
         while self.server.is_busy() || self.client.is_busy() {
             self.step(&mut [0_u8; 0], &mut |_, frame| vec![frame]);
@@ -206,7 +206,7 @@ impl Bus {
         }
     }
 
-    /// One frame of each side, or one deadline.
+    /// One frame from each side, or one deadline.
     pub fn step(&mut self, payload: &mut dyn Payload, fault: Fault<'_>) -> Option<sdo_client::Event> {
         let from_client = self.client.poll_transmit(self.now, payload);
         if let Some(event) = from_client.and_then(|frame| self.deliver(frame, payload, fault)) {
@@ -238,7 +238,7 @@ impl Bus {
     }
 }
 
-/// Room for everything.
+/// A payload without a limit.
 #[derive(Default)]
 pub struct Growing(pub Vec<u8>);
 

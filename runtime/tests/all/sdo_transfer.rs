@@ -1,6 +1,6 @@
-//! Transfers between the client and the server of the runtime, without faults. Some of them other CANopen stacks got
-//! wrong: zencan 0.0.5, canopen-sdo 0.2.0, oze-canopen 0.1.0, where it was reproduced, and canopen-python and CANopenNode,
-//! by public threads; the comments say which.
+//! Transfers between the client and the server of the runtime, without faults. Other CANopen stacks got some of them
+//! wrong: zencan 0.0.5, canopen-sdo 0.2.0 and oze-canopen 0.1.0, where it was reproduced; and canopen-python and
+//! CANopenNode, according to public threads. The comments say which.
 
 use crate::sdo_support::{Bus, Growing, NODE, Od, at, frame, pattern};
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary};
@@ -21,15 +21,15 @@ fn bus(data: &[u8]) -> Bus {
     )
 }
 
-/// With a client that writes by block.
+/// A bus whose client writes by block.
 fn block_bus(data: &[u8]) -> Bus {
     let mut bus = bus(data);
     bus.client = bus.client.with_block_writes_from(0);
     bus
 }
 
-/// A write and a read of each length arrive, and are reported by the server. canopen-rs 4 has no objects of more than 32
-/// bytes; canopen-sdo refuses to write nothing.
+/// Writes and reads of each length arrive, and the server reports them. canopen-rs 4 has no objects of more than 32
+/// bytes; canopen-sdo refuses to write zero bytes.
 fn check_lengths(bus: &mut Bus, lengths: impl Iterator<Item = usize>, read: fn(&mut Bus, Address) -> (Event, Vec<u8>)) {
     for len in lengths {
         let data = pattern(len);
@@ -103,7 +103,7 @@ fn a_block_read_is_what_the_standard_says() {
     ];
     assert_eq!(bus.log, log.map(frame));
     assert_eq!(bus.events, [sdo_server::Event::Read(DOMAIN)], "the client has confirmed the end");
-    // zencan 4 answers the end, which fails the next transfer.
+    // zencan 4 answers the end of the transfer, which makes the next transfer fail.
     assert_eq!(bus.read(FIXED).1, [1, 2, 3, 4]);
 }
 
@@ -141,7 +141,7 @@ fn an_abort_of_the_server_is_reported_with_entry_and_code() {
     assert_eq!(error.to_string(), "1018:01: the device aborts: 0601 0002: attempt to write a read only object");
 }
 
-// zencan 6 sends command 33h, which means nothing.
+// zencan 6 sends command 33h, which has no meaning.
 #[test]
 fn nothing_is_written_as_a_segment_without_bytes() {
     let mut bus = bus(b"old");
@@ -150,7 +150,7 @@ fn nothing_is_written_as_a_segment_without_bytes() {
     assert_eq!((bus.od.value(DOMAIN), bus.od.completed), (&b""[..], 1));
 }
 
-// oze-canopen: c = 0 in the last segment, so that no transfer ends.
+// oze-canopen sends c = 0 in the last segment, so that no transfer ends.
 #[test]
 fn the_last_segment_of_a_write_says_that_it_is_the_last() {
     for (len, command) in [(5, 0x05), (7, 0x01), (8, 0x1D), (14, 0x11)] {
@@ -193,7 +193,7 @@ fn what_is_announced_to_be_long_is_read_by_block() {
     }
 }
 
-// canopen-python #623: an answer next to a SYNC. Nothing but the identifier and its data count.
+// canopen-python #623: an answer next to a SYNC. Only the identifier and its data matter.
 #[test]
 fn a_sync_next_to_an_answer_changes_nothing() {
     let mut bus = bus(&pattern(40));
@@ -203,7 +203,7 @@ fn a_sync_next_to_an_answer_changes_nothing() {
     assert_eq!((event, data.0), (Event::Done { address: DOMAIN, len: 40 }, pattern(40)));
 }
 
-/// An entry of three million bytes, which is not in memory.
+/// An entry of three million bytes that are never in memory.
 struct Megabytes {
     written: u32,
     ended: bool,

@@ -1,4 +1,4 @@
-//! What is emitted is parsed as what it was, and any bytes are parsed without a panic.
+//! Encoded messages decode to the same values, and any bytes decode without a panic.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;

@@ -1,4 +1,4 @@
-//! Long objects go by block through every shell, where that is quicker.
+//! Every shell transfers long objects by block, where that is quicker.
 #![cfg(feature = "tokio")]
 
 use crate::common::NODE;
@@ -10,7 +10,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoClient;
 use lexican_runtime::{Duration, Instant};
 
-/// How long it takes to read and to write an object of `len` bytes at 125 kbit/s, and how many frames that are.
+/// The time to read and to write an object of `len` bytes at 125 kbit/s, and the number of frames for each.
 fn measure(len: usize, remote: Remote) -> [(Duration, usize); 2] {
     let bus = VirtualBus::with_bit_rate(125);
     let frames = observed(&bus);
@@ -52,6 +52,6 @@ async fn the_tokio_shell_transfers_by_block() {
     let network = shell::Network::spawn(bus.link()).unwrap();
     assert_eq!(network.read_bytes(NODE, TEXT).await.unwrap(), vec![b'n'; 65_000]);
     network.write_bytes(NODE, TEXT, &vec![b'x'; 65_000]).await.unwrap();
-    // In segments it takes 16.5 s for each.
+    // In segments, each transfer would take 16.5 s.
     assert!(bus.now() < Instant::ZERO + Duration::from_secs(18), "{}", bus.now());
 }

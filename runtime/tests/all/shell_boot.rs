@@ -44,7 +44,7 @@ fn plan(device_type: u32) -> Plan {
 
 const READY: [NetworkEvent; 3] = [NetworkEvent::Booted(FIVE), NetworkEvent::Booted(SIX), NetworkEvent::Ready];
 
-/// The events when node 5 is unplugged, and plugged in again.
+/// The events after node 5 is unplugged and plugged in again.
 fn back() -> Vec<NetworkEvent> {
     vec![NetworkEvent::Lost { node: FIVE, mandatory: true }, NetworkEvent::Booted(FIVE), NetworkEvent::Ready]
 }
@@ -84,7 +84,7 @@ fn a_transfer_waits_while_its_node_is_booted() {
     let lost = Event::Network(back()[0]);
     network.wait_for(Duration::from_secs(1), |event| (*event == lost).then_some(())).unwrap().unwrap();
     unplugged.store(false, Ordering::Relaxed);
-    // It is read over the channel over which it is booted, and only then.
+    // The read uses the SDO channel of the boot, and so comes after it.
     assert_eq!(network.read(FIVE, HEARTBEAT).unwrap(), 100);
     assert!(network.kept().unwrap().has_booted(FIVE));
 }

@@ -1,4 +1,4 @@
-//! Block transfers send up to 127 frames in a row. Every shell keeps its deadlines meanwhile.
+//! Block transfers send up to 127 frames in a row. Meanwhile, every shell keeps its deadlines.
 #![cfg(feature = "tokio")]
 
 use crate::common::{self, NODE};
@@ -12,19 +12,19 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 const STATUSWORD: Object<u16, Ro> = Object::new(0x6041, 0);
 
-/// The length of the name in bytes: 2,858 segments, and those take 0.7 s.
+/// The length of the name in bytes: 2,858 segments, which take 0.7 s.
 const LONG: usize = 20_000;
 
-/// How long a frame takes to leave.
+/// The time to transmit a frame.
 const FRAME: Duration = Duration::from_micros(250);
 
 /// The period of SYNC and heartbeats during the burst.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// The tolerated delay: four frames, and those under way.
+/// The tolerated delay: four frames, and those in progress.
 const SLACK: Duration = Duration::from_millis(3);
 
-/// A link without a queue: a frame is sent when it has left.
+/// A link without a queue: sending returns when the frame has been transmitted.
 fn queueless(bus: &VirtualBus) -> impl Link + Send + 'static {
     let clock = bus.clone();
     let send = move |link: &mut VirtualLink, frame: &Frame| {
@@ -35,7 +35,7 @@ fn queueless(bus: &VirtualBus) -> impl Link + Send + 'static {
     tampered(bus.link(), send, VirtualLink::receive)
 }
 
-/// Frames with `id` were on the bus, and no longer apart than they may be.
+/// Checks that frames with `id` were on the bus, at intervals within the tolerance.
 #[track_caller]
 fn is_kept(frames: &Frames, id: u16, at_least: usize) {
     let frames = frames.lock().unwrap();

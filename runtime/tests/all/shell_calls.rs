@@ -1,4 +1,4 @@
-//! How often the shells call their link for one SDO round trip. Each call is a system call or two.
+//! How often the shells call their link in one SDO round trip. Each call is one system call or two.
 #![cfg(feature = "tokio")]
 
 #[allow(dead_code, reason = "several tests share it")]
@@ -32,7 +32,7 @@ impl Calls {
     }
 }
 
-/// Counts the calls of a link that has the time of the virtual bus, and need not read the clock to wait.
+/// Counts the calls of a link that uses the time of the virtual bus, and need not read the clock to wait.
 struct Counting(VirtualLink, Arc<Calls>);
 
 impl Counting {

@@ -11,10 +11,10 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 const NODE: NodeId = NodeId::literal(5);
 const SILENT: NodeId = NodeId::literal(100);
 
-/// How long reading the link takes.
+/// The time that a read of the link takes.
 const LOOK: Duration = Duration::from_micros(50);
 
-/// A link that always has a frame; every other one is of the bus behind it.
+/// A link that always has a frame; every other one is from the bus behind it.
 fn flooded(bus: &VirtualBus, frame: Frame) -> impl Link + Send + 'static {
     let (clock, mut is_others) = (bus.clone(), false);
     let receive = move |link: &mut VirtualLink, _| {
@@ -77,7 +77,7 @@ fn the_device_shell_sends_its_heartbeat_and_ends() {
     let bus = VirtualBus::new();
     let mut witness = bus.link();
     let beat = Frame::from_array(CobId::of_node(0x600, NODE), [0x2B, 0x17, 0x10, 0, 10, 0, 0, 0]);
-    // A flood of requests for the device, each of which is answered.
+    // A flood of requests, all of which the device answers.
     let question = Frame::from_array(CobId::of_node(0x600, NODE), [0x40, 0, 0x10, 0, 0, 0, 0, 0]);
     let mut participant = Participant::new(flooded(&bus, question), station(NODE));
     witness.send(&beat).unwrap();
@@ -94,7 +94,7 @@ fn the_device_shell_sends_its_heartbeat_and_ends() {
 #[tokio::test]
 async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
     let (bus, frames) = bus();
-    // Of frames that are no events: a listener keeps the last 1024 of those only.
+    // Frames that are no events: a listener keeps only the last 1024 of those that are.
     let flood = Frame::from_array(CobId::NMT, [1, 9]);
     let network = shell::Network::spawn(flooded(&bus, flood)).unwrap();
     network
@@ -114,7 +114,7 @@ async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
     while events.recv().await.unwrap() != shell::Event::Manager(Event::Lost { node: NODE }) {}
 }
 
-/// A link that has lost seven frames, once.
+/// A link that has once lost seven frames.
 fn lossy(bus: &VirtualBus) -> impl Link + Send + 'static {
     let mut lost = Some(Incoming::Gap(7));
     let receive = move |link: &mut VirtualLink, until| match lost.take() {

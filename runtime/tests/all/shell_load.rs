@@ -1,4 +1,5 @@
-//! What a busy network loses nothing of: heartbeats under back-to-back SDO, and emergencies that come in a storm.
+//! What a shell must not lose on a busy network: heartbeats under back-to-back SDO, and emergencies that come in a
+//! storm.
 #![cfg(feature = "tokio")]
 
 use crate::shell_support::{HEARTBEAT, station};
@@ -14,7 +15,7 @@ use tokio::sync::broadcast::error::TryRecvError;
 const NODE: NodeId = NodeId::literal(5);
 const OTHERS: [NodeId; 3] = [NodeId::literal(4), NodeId::literal(9), NodeId::literal(127)];
 
-/// Watches all nodes, and produces a heartbeat.
+/// Monitors all nodes, and produces a heartbeat.
 fn watch(manager: &mut Manager<127>, now: Instant) {
     manager.produce_heartbeat(now, NodeId::literal(100), Duration::from_millis(50));
     for node in OTHERS.into_iter().chain([NODE]) {
@@ -76,7 +77,7 @@ async fn a_thousand_writes_of_the_tokio_shell_leave_room_for_heartbeats() {
     }
 }
 
-/// How many errors the device is to have at once.
+/// The number of errors that the device should have.
 const ERRORS: Object<u16, Rw> = Object::new(0x2000, 0);
 
 static TABLE: Table = Table {
@@ -88,7 +89,7 @@ static TABLE: Table = Table {
     image: &[0x85, 0, 0, 0, 0, 0],
 };
 
-/// A device that has as many errors as is written to it.
+/// A device with as many errors as are written to it.
 fn faulty() -> Station<6> {
     let mut number = 0_u8;
     Station::new(Instant::ZERO, NODE, Dictionary::new(&TABLE, NODE)).follow(move |_, device, od, event| {
@@ -154,7 +155,7 @@ fn what_the_blocking_shell_cannot_keep_is_counted() {
     let mut network = blocking::Network::new(link);
     network.write(NODE, ERRORS, 1).unwrap();
     let mut other = blocking::Network::new(bus.link());
-    // The application is elsewhere, and reads nothing.
+    // The application is busy elsewhere, and reads no events.
     for _ in 0..40 {
         other.write(NODE, ERRORS, 1).unwrap();
     }

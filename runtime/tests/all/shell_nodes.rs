@@ -10,7 +10,7 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{AbortCode, CobId, Duration};
 
-/// As generated code has it.
+/// The dictionary as generated code has it.
 mod drive {
     #![allow(unreachable_pub, reason = "generated code is public")]
 
@@ -122,10 +122,10 @@ fn tools_find_objects_by_name() {
     let error = drive.by_name("position").map(drop).unwrap_err();
     let words = "the dictionary has no object \"position\"; there is Position actual value, Target position";
     assert_eq!(error.to_string(), words);
-    // Names that were read from a data sheet when the program ran.
+    // Names read from a data sheet at run time.
     let mut drive = network.node(NODE, drive::NAMES);
     assert_eq!(drive.by_name("target position").unwrap().read().unwrap().to_string(), "-20.00 mm");
-    // Handles that were written by hand fit every device.
+    // Handles written by hand fit every device.
     let heartbeat = Object::<u16, Rw>::new(0x1017, 0);
     assert_eq!(drive.read(heartbeat).unwrap(), 0);
 }

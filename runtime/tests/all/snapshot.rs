@@ -1,5 +1,5 @@
-//! Stored values over losses of power: at any byte that is programmed or erased, a device comes up with the old values
-//! or the new ones, and stores again.
+//! Stored values over power failures: whichever byte is being programmed or erased, a device starts with the old values
+//! or the new ones, and can store again.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 const NODE: NodeId = NodeId::literal(5);
 const SLOT: usize = 128;
-/// Where the application keeps something of its own.
+/// The entry where the application keeps a value of its own.
 const OWN: Address = Address::new(0x0001, 0);
 const COB_ID: Address = Address::new(0x1014, 0);
 const HEARTBEAT: Address = Address::new(0x1017, 0);
@@ -40,7 +40,7 @@ static TABLE: Table = Table {
 
 type Od = Dictionary<28>;
 
-/// Flash that programs `WRITE` bytes at once, and whose power fails after so many bytes.
+/// Flash that programs `WRITE` bytes at once. Its power fails after `left` bytes.
 #[derive(Clone)]
 struct Nor<const WRITE: usize> {
     bytes: [u8; 2 * SLOT],
@@ -50,13 +50,13 @@ struct Nor<const WRITE: usize> {
 impl<const WRITE: usize> Nor<WRITE> {
     const ERASED: Self = Nor { bytes: [0xFF; 2 * SLOT], left: None };
 
-    /// Changes a byte to `new`, unless power fails: then it is torn.
+    /// Changes a byte to `new`. If power fails, the byte is torn.
     fn change(&mut self, at: usize, new: u8) -> Result<(), FlashError> {
         match &mut self.left {
             Some(0) => Err(FlashError),
             Some(left) if *left == 1 => {
                 *left = 0;
-                // Some of the bits have changed, different ones at different places.
+                // Some of the bits have changed, which ones depends on the place.
                 let changed = (at as u8).wrapping_mul(0x9D) ^ 0xA5;
                 self.bytes[at] = self.bytes[at] & !changed | new & changed;
                 Err(FlashError)
@@ -112,7 +112,7 @@ impl<const WRITE: usize> Device<WRITE> {
         device
     }
 
-    /// Power comes back.
+    /// Restores power.
     fn reboot(mut self) -> Self {
         let bytes = self.snapshot.flash().bytes;
         Device::boot(Nor { bytes, left: None }, NODE)
@@ -132,7 +132,7 @@ impl<const WRITE: usize> Device<WRITE> {
         self.od.write(&entry, 0, value, true).unwrap();
     }
 
-    /// All that may be stored.
+    /// All values that can be stored.
     fn values(&mut self) -> BTreeMap<Address, Vec<u8>> {
         let own = self.snapshot.kept(OWN, &mut [0; 16]).map(|own| (OWN, own.to_vec()));
         let entries = TABLE.entries().map(|entry| (entry.address, self.bytes(entry.address)));
@@ -182,7 +182,7 @@ const LIFE: [Step; 13] = [
     Step::Restore(1),
 ];
 
-/// Takes the step with power failing after `cut` bytes. True if it has not come to that.
+/// Takes the step with a power failure after `cut` bytes. Returns whether the step was finished before.
 fn survives_a_cut<const WRITE: usize>(device: &mut Device<WRITE>, step: Step, cut: usize) -> bool {
     let old = device.clone().reboot().values();
     let mut whole = device.clone();
@@ -199,7 +199,7 @@ fn survives_a_cut<const WRITE: usize>(device: &mut Device<WRITE>, step: Step, cu
     } else {
         assert!(values == old || values == new, "{step:?} after {cut}: {values:?}\n{old:?}\n{new:?}");
     }
-    // The device works on, with the slot that it was cut off in.
+    // The device works on, with the slot in which it was interrupted.
     rebooted.od = device.od.clone();
     step.take(&mut rebooted).unwrap();
     assert_eq!(rebooted.clone().reboot().values(), new, "{step:?} again after {cut}");
@@ -300,7 +300,7 @@ fn every_flipped_bit_brings_back_the_older_snapshot() {
     for step in [Step::Write(SPEED, 1), Step::Store(1), Step::Write(SPEED, 2), Step::Store(1)] {
         step.take(&mut device).unwrap();
     }
-    // The newest is in the second slot, up to the last byte that is programmed.
+    // The newest snapshot is in the second slot, up to the last programmed byte.
     let flash = device.snapshot.flash().clone();
     let end = flash.bytes.iter().rposition(|byte| *byte != 0xFF).unwrap() + 1;
     for bit in SLOT * 8..end * 8 {

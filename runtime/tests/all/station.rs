@@ -1,4 +1,4 @@
-//! A device that needs nothing but its dictionary, and several of them behind one link.
+//! A device that consists only of its dictionary, and several of them behind one link.
 #![cfg(feature = "std")]
 
 use crate::shell_support::observed;
@@ -31,7 +31,7 @@ static TABLE: Table = Table {
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// A device that is at its target at once, and counts its starts, also across resets.
+/// A device that is at its target at once, and counts its starts, including resets.
 fn station(node: NodeId) -> Station<8> {
     let mut starts = 1;
     let mut station =
@@ -56,7 +56,7 @@ fn network() -> Network<VirtualLink> {
     network
 }
 
-/// HEARTBEAT, TARGET, ACTUAL and STARTS 10 ms after a command.
+/// The values of HEARTBEAT, TARGET, ACTUAL and STARTS 10 ms after a command.
 fn after(command: NmtCommand) -> [u16; 4] {
     let mut network = network();
     network.command(command, Some(NODE)).unwrap();
@@ -99,7 +99,7 @@ fn nodes_behind_one_link_have_their_own_objects_and_deadlines() {
         network.write(node, TARGET, period).unwrap();
     }
     assert_eq!([NODE, other].map(|node| network.read(node, ACTUAL).unwrap()), [100, 70]);
-    // Each has its own deadlines, and is due only at these.
+    // Each device has its own deadlines, and is called only at these.
     let frames = observed(&bus);
     network.wait_for(Duration::from_secs(7), |_| None::<()>).unwrap();
     let frames = frames.lock().unwrap();

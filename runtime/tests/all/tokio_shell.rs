@@ -90,7 +90,7 @@ async fn a_call_may_be_dropped_at_any_point() {
     }
 }
 
-/// Polls once and lets others run; true when the future is ready.
+/// Polls a future once, and lets other tasks run. Returns whether the future is ready.
 async fn futures_poll<F: Future>(mut future: std::pin::Pin<&mut F>) -> bool {
     let ready = std::future::poll_fn(|context| std::task::Poll::Ready(future.as_mut().poll(context).is_ready())).await;
     tokio::task::yield_now().await;
@@ -171,7 +171,7 @@ fn a_posted_frame_is_sent_even_if_the_runtime_shuts_down() {
     assert_eq!(witness.receive_frame(Instant::from_micros(1000)).unwrap(), Some(frame));
 }
 
-/// A link that never has room, and counts the waits for it.
+/// A link that never has room for a frame, and counts the waits for room.
 struct Jammed(Arc<AtomicUsize>);
 
 impl Link for Jammed {
@@ -245,8 +245,8 @@ async fn a_link_that_has_reconnected_is_waited_for() {
     first_end.send(&[5]).unwrap();
     events.recv().await.unwrap();
     first_end.send(b"r").unwrap();
-    // If the shell still waited for the old socket, each frame would wait for the next inspection:
-    // ten seconds in all.
+    // If the shell still waited for the old socket, each frame would wait for the next periodic check: ten seconds in
+    // all.
     let heard = async {
         for state in [127, 5].repeat(20) {
             second_end.send(&[state]).unwrap();
@@ -256,7 +256,7 @@ async fn a_link_that_has_reconnected_is_waited_for() {
     tokio::time::timeout(std::time::Duration::from_secs(5), heard).await.expect("frames are received when they come");
 }
 
-/// A link that refuses this many frames for want of room.
+/// A link that refuses this many frames for lack of room.
 struct Crowded<L> {
     link: L,
     refusals: Arc<AtomicUsize>,
@@ -281,7 +281,7 @@ impl<L: Link> Link for Crowded<L> {
     }
 }
 
-/// A network with the device 1 behind a link that refuses so many frames, and the frames on its bus.
+/// A network with device 1 behind a link that refuses this many frames, and the frames on its bus.
 fn crowded(refusals: usize) -> (VirtualBus, Network, impl Fn() -> Vec<String>) {
     let bus = VirtualBus::with_bit_rate(500);
     let frames = observed(&bus);
@@ -342,7 +342,7 @@ async fn a_filter_leaves_out_other_nodes_until_they_are_read() {
     while events.recv().await.unwrap() != stranger {}
 }
 
-/// A link whose interface is removed at the first frame that is sent, and which counts how often it is read.
+/// A link whose interface is removed at the first sent frame. It counts how often it is read.
 #[cfg(unix)]
 struct Leaving {
     socket: Option<Arc<UnixDatagram>>,
@@ -394,7 +394,7 @@ async fn neither_an_idle_bus_nor_a_lost_one_keeps_the_task_busy() {
     assert!((30..50).contains(&lost), "a lost bus: {lost} times in 10 s");
 }
 
-/// A link that has a frame already when the shell gets it, so that its socket is not readable.
+/// A link that already has a frame when the shell gets it, so its socket is not readable.
 #[cfg(unix)]
 struct Prepared(Arc<UnixDatagram>, Option<Frame>);
 

@@ -31,7 +31,7 @@ async fn a_thousand_reads_of_a_silent_node_end_together() {
         has_timed_out(SILENT, read.await.unwrap());
     }
     assert!(bus.now() < Instant::from_micros(2_100_000), "{}", bus.now());
-    // A later one is tried.
+    // A later call is tried.
     let began = bus.now();
     has_timed_out(SILENT, network.read(SILENT, DEVICE_TYPE).await);
     assert!(bus.now().since(began) >= Duration::from_secs(1));
@@ -46,7 +46,7 @@ async fn a_call_takes_no_longer_than_its_patience() {
         async move { network.read(SILENT, DEVICE_TYPE).await }
     });
     tokio::task::yield_now().await;
-    // One waits behind the other, the second is under way itself.
+    // The first call waits behind the other one; the second one is in progress itself.
     for _ in 0..2 {
         let began = bus.now();
         has_timed_out(SILENT, hasty.read(SILENT, DEVICE_TYPE).await);
@@ -63,7 +63,7 @@ async fn a_call_takes_no_longer_than_its_patience() {
 #[tokio::test]
 async fn every_call_reports_why_the_link_has_failed() {
     let bus = VirtualBus::with_bit_rate(500);
-    // It fails once a frame is sent.
+    // The link fails once a frame has been sent.
     let has_failed = Arc::new(AtomicBool::new(false));
     let fails = Arc::clone(&has_failed);
     let send = move |_: &mut VirtualLink, _: &Frame| {
@@ -94,7 +94,7 @@ async fn every_call_reports_why_the_link_has_failed() {
     assert!(network.events().recv().await.is_err(), "there will be no event");
 }
 
-/// A link in real time without a descriptor. It counts reads, and none of them may wait.
+/// A link in real time without a descriptor. It counts reads; no read may wait.
 struct Port(tokio::time::Instant, Arc<AtomicUsize>);
 
 impl Link for Port {

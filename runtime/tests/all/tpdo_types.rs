@@ -1,4 +1,4 @@
-//! Every transmission type in every order of what may happen, against what CiA 301 says in words (7.5.2.37).
+//! Every transmission type with every order of events, compared with the text of CiA 301 (7.5.2.37).
 
 use crate::common;
 use crate::common::testing::TestOd;
@@ -12,11 +12,11 @@ const VALUE: Address = Address::new(0x2000, 0);
 
 #[derive(Clone, Copy, Debug)]
 enum Step {
-    /// The object has another value, and the application reports it.
+    /// The object has another value, and the application reports the change.
     Changed,
-    /// The object has another value, and the application has the data compared.
+    /// The object has another value, and the application has the values compared.
     Compared,
-    /// The application has the data compared.
+    /// The value is the same, and the application has the values compared.
     Same,
     Sync,
     Request,
@@ -25,20 +25,20 @@ enum Step {
 
 const STEPS: [Step; 6] = [Step::Changed, Step::Compared, Step::Same, Step::Sync, Step::Request, Step::Transmit];
 
-/// What the words of the standard ask for.
+/// What the text of the standard requires.
 #[derive(Default)]
 struct Words {
     code: u8,
     value: u8,
-    /// What who receives the PDO has got, or is about to get.
+    /// The value that the receivers of the PDO have, or are about to get.
     known: u8,
     syncs: u8,
     event: bool,
     /// The value at the last SYNC, for remote frames.
     sampled: Option<u8>,
-    /// A sample to be sent.
+    /// A sampled value that is still to be sent.
     sample: Option<u8>,
-    /// The value is to be sent.
+    /// Whether the present value is to be sent.
     asked: bool,
 }
 
@@ -53,12 +53,12 @@ impl Words {
             Step::Sync => {
                 self.syncs += 1;
                 let is_due = match self.code {
-                    // After an event, with the next SYNC.
+                    // At the next SYNC after an event.
                     0 => core::mem::take(&mut self.event),
                     n @ 1..=240 => self.syncs.is_multiple_of(n),
                     _ => false,
                 };
-                // Of type 252, it is sent when it is asked for.
+                // Type 252 sends this sample when it is requested.
                 self.sampled = Some(self.value);
                 if is_due {
                     self.sample = Some(self.value);

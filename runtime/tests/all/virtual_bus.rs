@@ -1,4 +1,4 @@
-//! Nodes of the virtual bus that are unplugged, without power, slow, or send what does not arrive.
+//! Nodes of the virtual bus that are unplugged, without power or slow, or whose frames do not arrive.
 #![cfg(feature = "std")]
 
 #[allow(dead_code, reason = "several tests share it")]
@@ -10,24 +10,24 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// Until a frame has arrived, been handled and answered, at the slowest of the bit rates here.
+/// Longer than a frame takes to arrive, be handled and be answered, at the lowest bit rate here.
 const LONG: Duration = Duration::from_millis(10);
 
 fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(CobId::standard(id).unwrap(), data).unwrap()
 }
 
-/// Asks for the device type, 1000h.
+/// Reads the device type, 1000h.
 fn question() -> Frame {
     frame(0x605, &[0x40, 0, 0x10, 0, 0, 0, 0, 0])
 }
 
-/// A heartbeat every 50 ms.
+/// Sets a heartbeat of 50 ms.
 fn set_heartbeat() -> Frame {
     frame(0x605, &[0x2B, 0x17, 0x10, 0, 50, 0, 0, 0])
 }
 
-/// Notes the first byte of each frame that it hears, and when.
+/// Records the first byte of each received frame, and the time.
 #[derive(Default)]
 struct Ear(Vec<(u8, Instant)>);
 
@@ -54,7 +54,7 @@ fn bytes(ear: &Mutex<Ear>) -> Vec<u8> {
     ear.lock().unwrap().0.iter().map(|(byte, _)| *byte).collect()
 }
 
-/// A device with a heartbeat every 50 ms, the last of which has come just now, and a link.
+/// A device with a heartbeat every 50 ms, just after a heartbeat; and a link.
 fn device(bus: &VirtualBus) -> (Attachment, VirtualLink) {
     let (device, mut link) = (bus.attach(station(NODE)), bus.link());
     assert_eq!(heard(&mut link), [(0x705, 0)]);
@@ -64,7 +64,7 @@ fn device(bus: &VirtualBus) -> (Attachment, VirtualLink) {
     (device, link)
 }
 
-/// The identifier and the first byte of the frames that come.
+/// The identifiers and first bytes of the received frames.
 fn heard(link: &mut VirtualLink) -> Vec<(u32, u8)> {
     let until = link.now() + LONG;
     let frames = std::iter::from_fn(|| link.receive_frame(until).unwrap());
@@ -104,7 +104,7 @@ fn a_frame_that_is_cut_off_is_sent_when_the_plug_is_back() {
 fn a_device_without_power_forgets_and_boots_again() {
     for bus in [VirtualBus::new(), VirtualBus::with_bit_rate(125)] {
         let (device, mut link) = device(&bus);
-        // The question is in the mailbox then.
+        // The request is still in the mailbox then.
         device.set_response_time(Duration::from_millis(5));
         link.send(&question()).unwrap();
         bus.advance(Duration::from_millis(3));
@@ -170,7 +170,7 @@ fn a_device_answers_after_its_response_time() {
         assert_eq!(delay(&mut link), usual);
         device.set_response_time(Duration::from_millis(7));
         assert_eq!(delay(&mut link), 7_000);
-        // Frames for others do not concern it.
+        // Frames for other nodes do not concern it.
         for _ in 0..20 {
             link.send(&frame(0x609, &[0x40, 0, 0x10, 0, 0, 0, 0, 0])).unwrap();
         }
@@ -222,7 +222,7 @@ fn faults_are_of_one_sender_or_of_all() {
         1 => Fate::Repeat,
         _ => Fate::Deliver,
     });
-    // Of the frames that the sender's faults have left alone.
+    // Counts only frames that the sender's fate has delivered.
     bus.set_fate(|number, _| if number == 2 { Fate::Lose } else { Fate::Deliver });
     for byte in 0..4 {
         good.send(&frame(0x100, &[byte])).unwrap();

@@ -1,4 +1,4 @@
-//! The virtual bus beside a model of arbitration, bit by bit.
+//! The virtual bus compared with a model of arbitration, bit by bit.
 #![cfg(feature = "std")]
 
 use std::collections::VecDeque;
@@ -8,10 +8,10 @@ use lexican_runtime::host::{Node, VirtualBus, wire_bits};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use proptest::prelude::*;
 
-/// Sends frames, none of them before its time.
+/// Sends frames, each not before its time.
 struct Talker {
     frames: VecDeque<(Instant, Frame)>,
-    /// When a frame is ready next that was not when the node was last woken.
+    /// The time of the next frame that was not ready when the node was last called.
     next: Option<Instant>,
 }
 
@@ -41,7 +41,7 @@ fn bits(number: u32, count: u32) -> impl Iterator<Item = bool> {
     (0..count).rev().map(move |place| number >> place & 1 == 1)
 }
 
-/// What decides arbitration: from the start of the frame to the last bit that tells whether data follow.
+/// The bits that decide arbitration: from the start of the frame to the last bit that tells whether data follow.
 fn arbitration_field(frame: &Frame) -> Vec<bool> {
     let id = frame.id().raw();
     let mut field = vec![false];
@@ -53,7 +53,7 @@ fn arbitration_field(frame: &Frame) -> Vec<bool> {
     field
 }
 
-/// The length of a frame by writing it out: without stuff bits, then with them, then what has none.
+/// The length of a frame, found by writing it out: the bits, then with stuff bits, then the end without any.
 fn length(frame: &Frame) -> u64 {
     let mut bits_of = arbitration_field(frame);
     let reserved = if frame.id().is_extended() { 2 } else { 1 };
@@ -68,7 +68,7 @@ fn length(frame: &Frame) -> u64 {
             stuffed.push(!bit);
         }
     }
-    // Two delimiters, the slot of the acknowledgement, the end of the frame, the intermission.
+    // Two delimiters, the acknowledge slot, the end of frame, the intermission.
     stuffed.len() as u64 + 2 + 1 + 7 + 3
 }
 
@@ -85,8 +85,8 @@ fn checksum(message: &[bool]) -> u32 {
     rest[message.len()..].iter().fold(0, |sum, bit| sum << 1 | u32::from(*bit))
 }
 
-/// What is on the wire, with the microsecond in which each frame is over; and how long the bus is idle before the last of
-/// them, in 1/`kbit_per_s` us, as all times here.
+/// The frames on the wire, each with the microsecond in which it ends; and how long the bus is idle before the last
+/// one, in 1/`kbit_per_s` us, the unit of all times here.
 fn model(kbit_per_s: u64, stations: &[Vec<(u64, Frame)>]) -> (Vec<(u64, Frame)>, u64) {
     let mut waiting: Vec<VecDeque<(u64, Frame)>> =
         stations.iter().map(|frames| frames.iter().copied().collect()).collect();
@@ -106,7 +106,7 @@ fn model(kbit_per_s: u64, stations: &[Vec<(u64, Frame)>]) -> (Vec<(u64, Frame)>,
     (log, idle)
 }
 
-/// Frames that often have the same base identifier, and those that differ in the last bit only.
+/// Frames that often have the same base identifier, or differ only in the last bit.
 fn frames() -> impl Strategy<Value = Frame> {
     let base = prop::sample::select(vec![0_u16, 0x080, 0x100, 0x101, 0x585, 0x605, 0x705, 0x7FF]);
     let low = prop::sample::select(vec![0, 1, 0x3_FFFF]);
@@ -123,7 +123,7 @@ fn frames() -> impl Strategy<Value = Frame> {
     )
 }
 
-/// Some frames, with the times at which they are ready: often at once, or while another one is on the wire.
+/// Frames with the times at which they are ready: often at once, or while another frame is on the wire.
 fn script() -> impl Strategy<Value = Vec<(u64, Frame)>> {
     let pause = prop_oneof![Just(0_u64), 0..300_u64, Just(2_000), 0..20_000_u64];
     prop::collection::vec((pause, frames()), 0..8).prop_map(|script| {
