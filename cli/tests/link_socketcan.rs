@@ -14,7 +14,7 @@ use lexican_runtime::{CobId, Frame};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-/// More than any receive buffer that a link asks for holds.
+/// More frames than the receive buffer that a link requests holds.
 const BURST: u32 = 30_000;
 
 const INTERFACE: &str = "lxburst";
@@ -47,7 +47,7 @@ fn frames_lost_at_the_end_of_a_burst_are_reported_though_none_follows() {
     let run = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
         command.args(arguments).args(["--bus", INTERFACE, "--for", "15s"]).current_dir(&folder);
-        // A pipe that nobody empties meanwhile would stop the command.
+        // A pipe that nobody reads would block the command.
         let stdout = std::fs::File::create(folder.join(arguments[0])).unwrap();
         command.stdin(Stdio::null()).stdout(stdout).spawn().unwrap()
     };

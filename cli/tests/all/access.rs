@@ -1,4 +1,5 @@
-//! `lexican read` and `lexican write`: paths, whole objects, several nodes, files, and what the data sheet refuses.
+//! `lexican read` and `lexican write`: paths, whole objects, several nodes, files, and values that the data sheet
+//! forbids.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -8,7 +9,7 @@ use crate::common::{folder, lexican, lexican_in};
 const DRIVE: &str = "sim:siko/ag03-1?node=5";
 const SHEET: &str = include_str!("../sensor.eds");
 
-/// Objects by which a device hands out its own data sheet.
+/// The objects in which a device stores its own data sheet.
 const OWN_DATA_SHEET: &str = "[1021]\nParameterName=Store EDS\nObjectType=0x2\nDataType=0x000F\nAccessType=ro\n\n\
     [1022]\nParameterName=Store format\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nDefaultValue=0\n\n";
 
@@ -24,7 +25,7 @@ fn a_device_hands_out_its_data_sheet() {
     lexican_in(&folder, &fetch).on_stderr(0, "got.eds: Sensor, ");
     assert_eq!(std::fs::read_to_string(folder.join("got.eds")).unwrap(), sheet);
     lexican_in(&folder, &fetch).on_stderr(2, "--force");
-    // A vendor's own form, and a device without one.
+    // A vendor-specific format, and then a device without a data sheet.
     std::fs::write(folder.join("sensor.eds"), sheet.replace("DefaultValue=0\n\n", "DefaultValue=128\n\n")).unwrap();
     lexican_in(&folder, &[&fetch[..], &["--force"]].concat()).on_stderr(1, "form 128 of the vendor");
     let none = ["eds", "fetch", "5", "--bus", "sim:siko/ag03-1?node=5", "-o", "none.eds"];
@@ -54,10 +55,10 @@ fn objects_are_named_by_path_and_read_as_a_whole() {
         assert_eq!(run.stdout.lines().count(), 5, "{run}");
     }
     assert_eq!(read("1018:00").stdout.lines().count(), 1);
-    // Of a mapping, only what is mapped.
+    // Of a mapping, only the entries in use.
     let mapping = lexican(&["read", "--bus", DRIVE, "--json", "1600"]);
     assert!(mapping.code == Some(0) && mapping.stdout.lines().count() == 2, "{mapping}");
-    // Nothing has happened yet.
+    // The error history is still empty.
     assert_eq!(read("1003").stdout.lines().count(), 1);
     lexican(&["write", "--bus", DRIVE, "2410/5", "7"]).on_stdout(0, "2410:05 Motor Parameter Set, v-Pos = 7");
 }
@@ -115,7 +116,7 @@ fn a_domain_goes_into_a_file_and_comes_from_one() {
 fn what_the_data_sheet_forbids_is_not_sent() {
     let folder = folder("access-refused");
     std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
-    // The device of this data sheet would take all of them.
+    // The device of this data sheet accepts all of them.
     let wide = SHEET.replace("LowLimit=1\nHighLimit=100\n", "").replace("AccessType=ro", "AccessType=rw");
     std::fs::write(folder.join("wide.eds"), wide).unwrap();
     let write = |object: &str, value: &str, more: &[&str]| {
@@ -133,7 +134,7 @@ fn what_the_data_sheet_forbids_is_not_sent() {
         write(object, value, &["--json"]).on_stdout(1, "\"refused\":\"");
         write(object, value, &["--force"]).on_stdout(0, &format!("{object}:00 "));
     }
-    // No value of the type at all.
+    // Not a value of the type at all.
     write("2001", "65536", &["--force"]).on_stderr(2, "65536 is no UNSIGNED16");
 }
 
@@ -165,7 +166,7 @@ fn an_overlay_adds_units_to_any_data_sheet() {
 #[test]
 fn a_read_is_bounded_by_max_and_by_the_type() {
     let folder = folder("read-max");
-    // The data sheet has a number where the device has a text of a hundred bytes.
+    // The data sheet declares a number where the device has a text of a hundred bytes.
     let text = SHEET.replace("DefaultValue=sensor", &format!("DefaultValue={}", "x".repeat(100)));
     let label = "ParameterName=Label\nObjectType=0x7\nDataType=0x0009";
     let number =

@@ -19,7 +19,7 @@ id = 6
 sheet = \"siko/ag02\"
 ";
 
-/// What `tar` prints.
+/// The output of `tar`.
 fn tar(folder: &Path, args: &[&str]) -> String {
     let output = Command::new("tar").args(args).current_dir(folder).output().expect("there is tar");
     assert!(output.status.success(), "{output:?}");
@@ -36,7 +36,7 @@ fn a_machine_is_saved_in_one_file_that_other_tools_read() {
     let manifest: serde_json::Value = serde_json::from_str(&tar(&folder, &["-xOf", "a.tar", "backup.json"])).unwrap();
     assert_eq!((&manifest["machine"], &manifest["nodes"][0]["identity"][0]), (&"press 7".into(), &0x195.into()));
     assert_eq!(manifest["nodes"][0]["left_out"]["6040:00"], "command");
-    // What it has of a node is what the backup of the node has.
+    // Its file for a node is the same as the backup of that node alone.
     tar(&folder, &["-xf", "a.tar", "feeder.dcf"]);
     run(&["backup", "feeder", "--bus", "sim", "-o", "alone.dcf"]).on_stdout(0, "parameters in alone.dcf");
     assert_eq!(
@@ -55,7 +55,7 @@ fn a_machine_is_saved_in_one_file_that_other_tools_read() {
     run(&["compare", "a.tar", "b.tar", "--json"]).on_stdout(1, "\"name\":\"cutter\"");
     run(&["compare", "a.tar", "siko/ag02"]).on_stderr(2, "`tar -xf` takes it out");
 
-    // By its date, if nothing else is said.
+    // By default, the file is named by its date.
     run(&["backup", "--bus", "sim"]).on_stdout(0, "2 nodes in press-7_20");
 }
 

@@ -44,18 +44,19 @@ fn a_machine_is_booted() {
     let node = "[node.feeder]\nid = 5\nsheet = 'siko/ag03-1'\nsettings = { 6060 = 'profile velocity' }\n";
     let run = boot(&format!("[bus]\nstart-all = true\non-loss = 'stop-all'\n{node}heartbeat = '100ms'\n"));
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
-    // The AG02 takes writes of four bytes only (manual, chapter 10.2.7).
+    // The AG02 accepts only writes of four bytes (manual, chapter 10.2.7).
     let run = boot_on("sim:siko/ag02?node=5", &node.replace("ag03-1", "ag02"));
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
-    // It is asked for its state once, which begins its life guarding, and never again: it says why it falls back.
+    // The node is asked for its state once, which begins its life guarding, and never again: it reports why it falls
+    // back.
     let guarded = "[node.cutter]\nid = 5\nsheet = 'kollmorgen/akd'\nsettings = { 1017 = 0, 100C = 50, 100D = 2 }\n";
     let run = boot_on("sim:kollmorgen/akd?node=5", guarded);
     assert!(run.stdout.contains("node 5: EMCY 8130h: "), "{run}");
-    // One that is guarded is protected by the same time, and stays.
+    // A node with `guarding` is monitored with the same time, and stays.
     let run =
         boot_on("sim:kollmorgen/akd?node=5", "[node.cutter]\nid = 5\nsheet = 'kollmorgen/akd'\nguarding = '50ms'\n");
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
-    // Another device.
+    // The data sheet of another device.
     let other = include_str!("../sensor.eds").replace("DefaultValue=0\n\n[1001]", "DefaultValue=0x191\n\n[1001]");
     std::fs::write(folder.join("sensor.eds"), other).unwrap();
     let run = boot("[node.sensor]\nid = 5\nsheet = 'sensor.eds'\n");

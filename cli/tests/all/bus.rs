@@ -44,7 +44,7 @@ fn objects_are_written_by_name_and_unit() {
     check(&["write", "--bus", DRIVE, "6060", "9"], 1, "allows profile position (1) to profile velocity (2)");
 }
 
-/// The AG02 takes 23h only, and has the first character of its version in the highest byte.
+/// The AG02 writes only by 23h, and has the first character of its version in the highest byte.
 #[test]
 fn the_overlay_says_how_the_ag02_is_written_and_read() {
     const AG02: &str = "sim:siko/ag02?node=5";

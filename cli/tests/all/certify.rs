@@ -1,4 +1,5 @@
-//! The page "Certify a device in ten minutes", followed to the letter; `LEXICAN_BLESS=1` writes what the commands print.
+//! The page "Certify a device in ten minutes", followed to the letter; `LEXICAN_BLESS=1` writes the output of the
+//! commands.
 #![cfg(unix)]
 
 use std::fs;
@@ -8,7 +9,7 @@ use std::process::Command;
 use crate::common::{files, folder, lexican_in};
 use crate::page::follow;
 
-/// What a line of the page prints in a folder. A test whose cases fail ends with 1.
+/// The output of a line of the page in a folder. A test whose cases fail exits with 1.
 fn typed(folder: &Path, line: &str) -> String {
     let words: Vec<&str> = line.split_whitespace().collect();
     match words[..] {

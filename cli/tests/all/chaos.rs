@@ -1,4 +1,4 @@
-//! `lexican chaos`: programs that leave nothing behind pass, others are found, each by its seed.
+//! `lexican chaos`: programs that leave nothing behind pass; others are found, each by its seed.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -7,7 +7,7 @@ use crate::common::{Run, folder, lexican, lexican_in};
 
 const LEXICAN: &str = env!("CARGO_BIN_EXE_lexican");
 
-/// Disturbs a shell's commands once, by this seed; `L` is lexican.
+/// Disturbs the commands of a shell once, by this seed; `L` stands for lexican.
 fn shell(folder: &Path, seed: u64, options: &[&str], script: &str) -> Run {
     let script = script.replace("L ", &format!("{LEXICAN} "));
     let seed = seed.to_string();
@@ -45,7 +45,7 @@ fn an_order_of_ours_leaves_nothing_moving_and_the_report_says_so() {
 #[test]
 fn a_drive_that_goes_on_without_its_program_is_found_again_by_the_seed() {
     let folder = folder("chaos-moves");
-    // Its answers are not looked at, and nothing protects the drive.
+    // The script ignores the answers, and nothing protects the drive.
     let script = "L nmt start 5 >&2; \
         for w in '6060 1' '6040 6' '6040 7' '6040 15' '607A 4000' '6040 31'; do L write --node 5 $w >&2; done; sleep 3";
     let found = "failed chaos/5 SIGKILL 839 ms after an axis has set off: node 5 goes on: it does not stand 1.3 s after SIGKILL";
@@ -62,7 +62,7 @@ fn a_program_that_does_not_end_is_killed_and_advised() {
 
 #[test]
 fn a_success_that_is_none_is_found() {
-    // Neither an exit code nor a word says that the rest was not written.
+    // Neither the exit code nor the output says that the remaining values were not written.
     let script = "for i in $(seq 20); do L write --node 5 607A ${i}00 >&2 || break; done; echo done";
     let run = shell(&folder("chaos-claims"), 6, &[], script);
     run.on_stdout(1, "failed chaos/6 bus cut at frame 38 of the program: it claims success by exit code 0: ");

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 const SHEET: &str = include_str!("../sensor.eds");
 
-/// Checks a device made of the sensor's data sheet, against it with one text replaced by another.
+/// Checks a device made of the sensor's data sheet against the same data sheet with some text replaced.
 fn check(name: &str, wrong: &[(&str, &str)], args: &[&str]) -> Run {
     let folder = folder(name);
     let sheet = wrong.iter().fold(SHEET.to_owned(), |sheet, (right, wrong)| {
@@ -120,7 +120,7 @@ fn a_contradiction_of_the_data_sheet_is_no_difference() {
     assert_eq!(run.stdout.lines().collect::<Vec<_>>(), lines);
 }
 
-/// CiA 301, 7.5.2.36: off, mapping cleared, mapping, count, on. Devices refuse another order.
+/// CiA 301, 7.5.2.36: off, clear the mapping, mapping, count, on. Devices refuse any other order.
 #[test]
 #[cfg(unix)]
 fn a_pdo_is_written_back_in_the_order_in_which_it_can_be_changed() {

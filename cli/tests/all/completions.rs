@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use crate::common::{files, folder, lexican, lexican_in};
 
-/// What bash is given for the last of these words.
+/// The candidates that bash gets for the last of these words.
 fn candidates(words: &[&str]) -> Vec<String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
     let command = command.args(["--", "lexican"]).args(words).stdin(Stdio::null()).env_remove("LEXICAN_BUS");
@@ -26,7 +26,7 @@ fn commands_devices_and_objects_are_completed() {
     assert!(set.contains(&"Motor-Parameter-Set/v-Pos".to_owned()), "{set:?}");
     assert_eq!(candidates(&["write", "--bus", "sim:siko/ag03-1", "Spindle"]), ["Spindle-Pitch"]);
     assert!(candidates(&["read", "--device", "no/such", "Position"]).is_empty());
-    // What is completed means the object.
+    // A completed name denotes the object.
     for name in ["Position-Actual-Value", "Motor-Parameter-Set/v-Pos", "2410/05"] {
         assert_eq!(lexican(&["read", "--bus", "sim:siko/ag03-1", name]).code, Some(0), "{name}");
     }

@@ -1,11 +1,11 @@
-//! `lexican conform`: a device that passes, one that fails, and what is not allowed.
+//! `lexican conform`: a device that passes, one that fails, and cases that are not allowed.
 
 use crate::common::{Run, folder, lexican, lexican_in};
 use serde_json::Value;
 
 const SHEET: &str = include_str!("../sensor.eds");
 
-/// Tests a device made of the sensor's data sheet by that data sheet with one text replaced by another.
+/// Tests a device made of the sensor's data sheet against the same data sheet with some text replaced.
 fn conform(name: &str, wrong: Option<(&str, &str)>, args: &[&str]) -> (std::path::PathBuf, Run) {
     let folder = folder(name);
     let (right, other) = wrong.unwrap_or_default();
@@ -49,7 +49,7 @@ fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
     assert!(html.contains("by default 6") && !html.contains("{{"), "{html}");
 }
 
-/// Whatever cases are run: what the data sheet has wrong may be why one fails.
+/// Whichever cases are run, because a mistake in the data sheet may be why one fails.
 #[test]
 fn the_warnings_of_a_data_sheet_are_said_before_the_test() {
     let wrong = ("DefaultValue=5\n", "DefaultValue=300\n");
@@ -61,7 +61,7 @@ fn the_warnings_of_a_data_sheet_are_said_before_the_test() {
     assert!(!run.stdout.contains("warning"), "{run}");
 }
 
-/// Of hundreds of findings, ten lines are printed, and the command for the others: it is run as it is said.
+/// Of hundreds of findings, it prints ten lines, and the command for the others. The test runs this command as printed.
 #[test]
 fn a_data_sheet_with_errors_says_which_in_ten_lines() {
     let folder = folder("conform-unfit");
@@ -82,7 +82,7 @@ fn a_data_sheet_with_errors_says_which_in_ten_lines() {
     assert!(lint.stdout.matches("unknown-data-type").count() > 10, "{lint}");
 }
 
-/// What stands at the head of a report, in each format: who, when, with what, on what, and what comes to be signed.
+/// The head of a report, in each format: who tested, when, with what and on what, and the place to sign.
 #[test]
 fn a_report_says_what_was_tested_by_whom_and_against_which_text() {
     let args = [
@@ -113,7 +113,7 @@ fn a_report_says_what_was_tested_by_whom_and_against_which_text() {
     assert_eq!((fact("bit rate"), fact("allowed")), ("500 kbit/s".to_owned(), "store".to_owned()));
     assert!(fact("bus").starts_with("sim:sensor.eds") && fact("duration").ends_with(" s"));
     assert!(fact("vendor-ID (1018h:01)").starts_with(|first: char| first.is_ascii_digit()));
-    // As `sha256sum` prints it.
+    // In the format of `sha256sum`.
     let sum = std::process::Command::new("sha256sum").arg(folder.join("tested.eds")).output();
     let sum = String::from_utf8(sum.unwrap().stdout).unwrap();
     assert_eq!(sum.split(' ').next(), Some(&*fact("SHA-256 of tested.eds")));
@@ -148,7 +148,7 @@ fn a_report_is_compared_with_an_earlier_one() {
     run.on_stdout(1, "against right.json: 1 worse, 0 better, 1 new, 1 gone");
     let run = test("tested.eds", &["2.8,4.2", "--against", "wrong.json"]);
     run.on_stdout(0, "better: 306-1/6.5.2/2 values are the defaults: passed, was failed");
-    // A case that is not tested any more is worse, and nothing fails by it.
+    // A case that is no longer tested counts as worse, although nothing fails.
     test("tested.eds", &["4.6", "--report", "all.json", "--allow", "all"]).on_stdout(0, "1 passed");
     test("tested.eds", &["4.6", "--against", "all.json"]).on_stdout(1, "not allowed, was passed");
     test("tested.eds", &["2.7", "--against", "tested.eds"]).on_stderr(2, "is no report of a test");
@@ -164,24 +164,24 @@ fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
     run.on_stdout(0, "1 case: 1 not allowed");
 }
 
-/// What editors and devices do that is unusual, and no fault of the device: each is a default or a limit of the data sheet.
+/// Unusual defaults and limits that editors write and devices have. None of them is a fault of the device.
 #[test]
 fn an_unusual_data_sheet_is_no_failure() {
     let mut sheet = include_str!("../../../tests/conformance/device.eds").to_owned();
     for (entry, value) in [
-        // A history that has the number of its fields as a default.
+        // The default of the history is its number of fields.
         ("1003sub0", "DefaultValue=0xFE"),
-        // SYNC is produced from the start, and has no period below 20 ms.
+        // SYNC is produced from the start, with a period of 20 ms or more.
         ("1005", "DefaultValue=0x40000080"),
         ("1006", "DefaultValue=20000\nLowLimit=20000\nHighLimit=100000"),
-        // The heartbeat takes the place of guarding.
+        // The heartbeat replaces guarding.
         ("1017", "DefaultValue=500"),
-        // Limits of numbers that are put together.
+        // Limits of numbers that consist of several fields.
         ("1016sub1", "DefaultValue=0\nLowLimit=0\nHighLimit=0x7FFFFF"),
         ("1600sub1", "DefaultValue=0x60400010\nLowLimit=0\nHighLimit=0xFFFFFFFF"),
-        // What 1011h:01 reads as, and not the signature that it takes.
+        // The value that 1011h:01 reads as, not the signature that it takes.
         ("1011sub1", "DefaultValue=1\nLowLimit=0\nHighLimit=1"),
-        // No identifier, but not switched off.
+        // Not an identifier, but not switched off either.
         ("1201sub1", "DefaultValue=0"),
     ] {
         let (head, section) = sheet.split_once(&format!("[{entry}]\n")).unwrap();
@@ -191,14 +191,14 @@ fn an_unusual_data_sheet_is_no_failure() {
     }
     let folder = folder("conform-unusual");
     std::fs::write(folder.join("unusual.eds"), sheet).unwrap();
-    // Its status word is that of no drive.
+    // No drive has such a status word.
     let allow = "outputs,manufacturer,store,restore,node-id";
     let run = lexican_in(&folder, &["conform", "--bus", "sim:unusual.eds?node=5", "--allow", allow, "--skip", "1.0"]);
     run.on_stdout(0, " passed");
     assert!(!run.stdout.contains("NOT PUT BACK"), "{run}");
 }
 
-/// What fails on a simulated drive is what its manual says, and nothing else: each in the file beside the drive.
+/// A simulated drive fails only where its manual deviates from the standard; the file beside the drive lists each case.
 #[test]
 fn drives_deviate_only_as_their_manuals_say() {
     for (drive, at, known) in
@@ -275,7 +275,7 @@ fn a_drive_is_moved_only_if_that_is_allowed_and_the_plan_says_how_far() {
     run.on_stdout(0, "at a velocity of 250 (6081h, 60FFh; --velocity)");
     let run = lexican(&drive);
     run.on_stdout(0, "28 cases: 28 not allowed");
-    // Its bit 5 passes the target before, and mode 8 is not in 6502h.
+    // Its bit 5 passes the previous target, and mode 8 is not in 6502h.
     let run = lexican(&[&drive[..], &["--allow", "motion"]].concat());
     run.on_stdout(1, "failed 402/607Ah/4 a set-point with bit 5 replaces the one under way");
     run.on_stdout(1, "28 cases: 23 passed, 1 failed, 4 do not apply");

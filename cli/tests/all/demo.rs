@@ -61,7 +61,7 @@ fn every_frame_of_the_log_is_printed_with_its_time_and_in_words() {
     let folder = folder("demo-print");
     let run = lexican_in(&folder, &["demo"]);
     let log = std::fs::read_to_string(folder.join("demo.log")).unwrap();
-    // A frame's line begins with its time, six decimals.
+    // The line of a frame begins with its time, which has six decimals.
     let is_frame = |line: &&str| line.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
     assert_eq!(run.stdout.lines().filter(is_frame).count(), log.lines().count());
     for words in [

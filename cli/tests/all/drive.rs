@@ -13,7 +13,7 @@ use serde_json::Value;
 const AG03_1: &str = "sim:siko/ag03-1?node=5";
 const AKD: &str = "sim:kollmorgen/akd?node=5";
 
-/// Gives orders to a drive at power-on, and compares the exit code and the last words.
+/// Gives orders to a drive after power-on, and compares the exit code and the end of the output.
 #[track_caller]
 fn check(bus: &str, args: &[&str], code: i32, words: &str) -> Run {
     let run = lexican(&[&["drive", "--bus", bus, "5"], args].concat());
@@ -195,15 +195,15 @@ fn any_data_sheet_of_a_drive_is_moved_in_units_of_an_overlay() {
     check(&format!("sim:{sensor}?node=5"), &["stop"], 2, "there is no 6040h (control word)");
 }
 
-/// A command that moves a drive on a bus of pseudo-terminals, on which another one looks on.
+/// A command that moves a drive on a bus of pseudo-terminals, while another command observes it.
 struct Moving {
     drive: Simulation,
     command: Child,
-    /// What it prints last.
+    /// The last line of its output.
     last: JoinHandle<Value>,
 }
 
-/// How it has ended.
+/// A command that has ended.
 struct Ended {
     drive: Simulation,
     code: Option<i32>,
@@ -212,12 +212,12 @@ struct Ended {
 }
 
 impl Moving {
-    /// Starts it, and waits until the drive moves.
+    /// Starts the command, and waits until the drive moves.
     fn start(device: &str, name: &str, args: &[&str]) -> Self {
         let folder = folder(name);
         let drive = Simulation::begin(&folder, &[device, "--node", "5", "--bus", "pty:2"]);
         let drive = drive.on_terminals_of_its_own(&folder);
-        // A shell has its background jobs ignore SIGINT, and they pass that on to what they start.
+        // A shell lets its background jobs ignore SIGINT, and they pass this on to the processes that they start.
         let mut command = Command::new("env")
             .args(["--default-signal=INT", env!("CARGO_BIN_EXE_lexican"), "drive", "--bus", &drive.buses[0], "5"])
             .args(args)
@@ -228,7 +228,7 @@ impl Moving {
             .unwrap();
         let lines = BufReader::new(command.stdout.take().unwrap()).lines();
         let (sender, begun) = std::sync::mpsc::channel();
-        // All is read, so that the command never waits for its reader.
+        // All output is read, so that the command never waits for its reader.
         let last = std::thread::spawn(move || {
             let mut last = Value::Null;
             for line in lines.map_while(Result::ok) {
@@ -257,7 +257,7 @@ impl Moving {
     }
 }
 
-/// What becomes of the drive in some seconds, seen by another command.
+/// The state of the drive after some seconds, observed by another command.
 fn state_after(drive: &Simulation, time: &str) -> Value {
     let run = lexican(&["drive", "--bus", &drive.buses[1], "5", "watch", "--for", time, "--json"]);
     serde_json::from_str(run.stdout.lines().last().expect("it has been watched")).unwrap()
@@ -275,7 +275,7 @@ fn a_signal_stops_the_drive() {
         assert_eq!((exit, &last["outcome"]), (Some(code), &"cancelled".into()), "{signal}: {stderr}");
         let after = state_after(&drive, "0");
         assert_eq!((&after["velocity"], &after["state"]), (&0.into(), &"SWITCH ON DISABLED".into()), "{signal}");
-        // Its life guarding is disarmed again.
+        // Its life guarding is off again.
         drive.check("read", &["--node", "5", "100C"], "= 0");
     }
 }
@@ -291,7 +291,7 @@ fn a_drive_whose_command_is_killed_notices_if_it_is_protected() {
         let after = state_after(&drive, "3s");
         assert_eq!(after["velocity"] == 0, stands, "{device} {protect}: {after}");
         assert_eq!(after["state"] != "OPERATION ENABLED", stands, "{device} {protect}: {after}");
-        // The next command stops it.
+        // The next command stops the drive.
         drive.check("drive", &["5", "stop"], "it stands");
     }
 }
@@ -321,7 +321,7 @@ fn what_else_stops_the_drive_is_said_in_words() {
         writeln!(moving.drive.stdin, "{line}").unwrap();
         check(&moving.end(), 1, outcome, words);
     }
-    // Another manager stops it.
+    // Another manager stops the drive.
     for (args, order, outcome, words) in [
         (&["move-to", "1000000"][..], "quick-stop", "interrupted", "quick stop"),
         (&["move-to", "1000000"], "stop", "stalled", "which other manager has stopped it"),
@@ -331,7 +331,7 @@ fn what_else_stops_the_drive_is_said_in_words() {
         lexican(&["drive", "--bus", &moving.drive.buses[1], "5", order]).on_stdout(0, "it stands");
         check(&moving.end(), 1, outcome, words);
     }
-    // Its power comes back, and it is not enabled any more.
+    // Its power comes back, and the drive is no longer enabled.
     let mut moving = Moving::start("siko/ag03-1", "drive-power", &["move-to", "1000000"]);
     moving.drive.asks("power off", "state");
     moving.drive.asks("power on", "state");

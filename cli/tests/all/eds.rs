@@ -8,7 +8,7 @@ use crate::common::{files, folder, lexican, lexican_in};
 
 const SHEET: &str = include_str!("../sensor.eds");
 
-/// The data sheet with a default that is no number.
+/// The data sheet with a default that is not a number.
 fn guessed() -> String {
     assert!(SHEET.contains("DefaultValue=4\n"));
     SHEET.replace("DefaultValue=4\n", "DefaultValue=one\n")
@@ -29,7 +29,7 @@ fn a_page_is_html_unless_its_name_or_an_option_says_markdown() {
         doc(args).on_stdout(0, "");
         assert!(std::fs::read_to_string(folder.join(args[0])).unwrap().starts_with(begins), "{args:?}");
     }
-    // A page is made in spite of an error, and says it.
+    // A page is made despite an error, and shows it.
     std::fs::write(folder.join("x.toml"), "[overlay]\nformat = 1\nnonsense = 2\n").unwrap();
     doc(&["z.md", "--overlay", "x.toml"]).on_stderr(1, "overlay::unknown-key");
     assert!(std::fs::read_to_string(folder.join("z.md")).unwrap().contains("x.toml:3 | overlay::unknown-key"));
@@ -104,7 +104,7 @@ fn findings_name_file_line_and_column() {
 #[test]
 fn what_has_one_right_answer_is_fixed_in_place_and_nothing_else() {
     let folder = folder("lint-fix");
-    // In code page 1252, with a count, a flag and a date that are wrong, and a default that people have to mend.
+    // In code page 1252, with a wrong count, flag and date, and a default that only people can correct.
     let wrong = guessed().replace('\n', "\r\n").replace("VendorName=Nobody", "; M\u{fc}ller\r\nVendorName = Nobody");
     let wrong =
         wrong.replace("SupportedObjects=3", "SupportedObjects=9").replace("LSS_Supported=1", "LSS_Supported= 2");
@@ -131,7 +131,7 @@ fn what_has_one_right_answer_is_fixed_in_place_and_nothing_else() {
 
     lexican_in(&folder, &["eds", "lint", "siko/ag03-1", "--fix"]).on_stderr(2, "is not a file that could be written");
     lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run", "--format", "sarif"]).on_stderr(2, "SARIF");
-    // No data sheet, though a line of it could be mended.
+    // Not a data sheet, though one of its lines could be corrected.
     std::fs::write(folder.join("x.txt"), "[DeviceInfo]\nVendorName: x\n").unwrap();
     lexican_in(&folder, &["eds", "lint", "x.txt", "--fix"]).on_stderr(2, "describes no object");
     assert_eq!(std::fs::read(folder.join("x.txt")).unwrap(), b"[DeviceInfo]\nVendorName: x\n");
@@ -350,7 +350,7 @@ fn findings_of_many_files_are_one_document_in_the_order_of_the_files() {
     assert_eq!((bad(&run["results"], "ruleId"), bad(&run["tool"]["driver"]["rules"], "id")), (24, 1));
 }
 
-/// One device in XML: every command takes it, and says of it what it says of the EDS.
+/// A device in XML: every command accepts it, and says the same about it as about the EDS.
 #[test]
 fn a_data_sheet_in_xml_is_one_as_any_other() {
     let folder = folder("eds-xml");

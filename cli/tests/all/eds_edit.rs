@@ -24,7 +24,7 @@ fn a_new_data_sheet_is_clean_is_served_and_compiles() {
         .on_stdout(0, &format!("{file}: {objects} objects"));
         let lint = lexican_in(&folder, &["eds", "lint", "--strict", "--fail-on", "note", file]);
         assert_eq!(lint.code, Some(0), "{lint}");
-        // What a firmware is made of, too.
+        // A firmware is generated from them, too.
         lexican_in(&folder, &["gen", file, "--storage", "--names", "--force", "-o", "od.rs"]).on_stderr(0, "");
         let bus = format!("sim:{file}?node=5");
         lexican_in(&folder, &["read", "--bus", &bus, "--device", file, "Product code"]).on_stdout(0, "= 7");
@@ -51,7 +51,7 @@ fn a_new_data_sheet_is_clean_is_served_and_compiles() {
 #[test]
 fn keys_are_set_in_place_and_nothing_else_changes() {
     let folder = folder("eds-set");
-    // In code page 1252, with line ends of Windows and a comment.
+    // In code page 1252, with a comment and Windows line ends.
     let text = SHEET.replace('\n', "\r\n").replace("[2000]", "; ge\u{e4}ndert\r\n[2000]");
     let bytes = |text: &str| text.chars().map(|letter| letter as u8).collect::<Vec<_>>();
     std::fs::write(folder.join("x.eds"), bytes(&text)).unwrap();
@@ -64,7 +64,7 @@ fn keys_are_set_in_place_and_nothing_else_changes() {
     set(&["DeviceInfo", "VendorName=Somebody"]).on_stdout(0, "+VendorName=Somebody");
     let text = text.replace("VendorName=Nobody", "VendorName=Somebody");
     assert_eq!(read(), bytes(&text));
-    // By name, with a data type by name, and with a key that goes again.
+    // By name, with a data type by name, and with a key that is removed again.
     set(&["producer heartbeat time", "datatype=UNSIGNED16", "HighLimit=5000"]).on_stdout(0, "+HighLimit=5000");
     let json = set(&["Producer heartbeat time", "HighLimit=", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
@@ -134,7 +134,7 @@ fn objects_and_sub_indices_come_and_go() {
     ])
     .on_stdout(0, "+[2010sub2]");
     eds(&["add", "2010:03", "--name", "Coil 3", "--type", "INTEGER16"]).on_stdout(0, "+SubNumber=4");
-    // The standard knows its data type.
+    // The data type comes from the standard.
     eds(&["add", "6065", "--name", "Following error window"]).on_stdout(0, "+DataType=0x0007");
     let lint = lexican_in(&folder, &["eds", "lint", "x.eds", "--fail-on", "note"]);
     assert_eq!(lint.code, Some(0), "{lint}");
@@ -177,7 +177,7 @@ fn a_database_has_the_messages_of_a_data_sheet() {
     assert_eq!(files(&folder), ["x.dbc"]);
     lexican(&["eds", "to-dbc", "siko/ag03-1"]).on_stderr(2, "which node-ID has it?");
     lexican(&["eds", "to-dbc", "siko/ag03-1", "--node", "128"]).on_stderr(2, "128");
-    // A DCF says its node-ID.
+    // A DCF states its node-ID.
     let dcf = SHEET.replace("[1000]", "[DeviceComissioning]\nNodeID=9\n\n[1000]");
     std::fs::write(folder.join("x.dcf"), dcf).unwrap();
     lexican_in(&folder, &["eds", "to-dbc", "x.dcf"]).on_stdout(0, "BO_ 1801 Node9_Heartbeat: 1 Node9\n");

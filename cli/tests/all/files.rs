@@ -11,7 +11,7 @@ fn no_command_replaces_a_file_unless_it_is_told_to() {
     let folder = folder("files-guarded");
     std::fs::write(folder.join("in.log"), LOG).unwrap();
     let plot = ["plot", "--bus", DRIVE, "--for", "300ms", "6064"];
-    // The name of the file, what stands before it, and options.
+    // The name of the file, the option before it, and the command.
     let commands: [(&str, &[&str], &[&str]); 10] = [
         ("kept.dcf", &["-o"], &["backup", "--bus", DRIVE]),
         ("bus.log", &["-o"], &["record", "--bus", "log:in.log", "--to", "candump"]),
@@ -36,7 +36,7 @@ fn no_command_replaces_a_file_unless_it_is_told_to() {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "what somebody has kept");
         let forced = run(&["--force"], name);
         assert!(forced.code == Some(0) && std::fs::read(&path).unwrap() != b"what somebody has kept", "{forced}");
-        // A new data sheet would get an extension.
+        // For `eds new`, the name gets an extension.
         if args[0] != "eds" || args[1] != "new" {
             (0..2).for_each(|_| assert_eq!(run(&[], "/dev/null").code, Some(0), "{name}"));
         }

@@ -5,7 +5,8 @@ use serde_json::Value;
 
 const DRIVE: &str = "sim:siko/ag03-1?node=5";
 
-/// A log of node 5, an AG03/1: half a second of heartbeats and positions, and then half a second of another node's.
+/// A log of node 5, an AG03/1: half a second of heartbeats and positions, then half a second of another node's
+/// heartbeats.
 const LOG: &str = "\
 (0000000000.000000) can0 705#05
 (0000000000.100000) can0 705#05

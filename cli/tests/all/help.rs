@@ -6,7 +6,7 @@ use crate::common::lexican;
 fn listed(help: &str) -> Vec<String> {
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     let lines = lines.take_while(|line| line.starts_with("  "));
-    // Further lines of a description are indented more.
+    // Further lines of a description have a larger indent.
     let names = lines.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     names.filter(|name| *name != "help").map(str::to_owned).collect()
 }
@@ -19,7 +19,7 @@ fn check(command: &[&str]) -> usize {
     let first = run.stdout.lines().next().unwrap_or_default();
     assert!(first.len() > 20 && !first.starts_with("Usage"), "{name} begins with {first:?}");
     assert!(run.stdout.contains(&format!("Usage: lexican {name}").trim_end().to_owned()), "{name}: {}", run.stdout);
-    // Every option has a description, in its line or in the next.
+    // Every option has a description, in its own line or in the next one.
     let lines: Vec<_> = run.stdout.lines().collect();
     for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.trim_start().starts_with("--")) {
         let explained = line.trim().contains("  ") || lines.get(at + 1).is_some_and(|next| !next.trim().is_empty());

@@ -32,11 +32,11 @@ fn a_node_is_not_backed_up_by_the_data_sheet_of_another_device() {
     assert!(run.stderr.contains("--device 7=FILE") && !run.stderr.contains("the device aborts"), "{run}");
     let of_one: Vec<_> = files(&folder).into_iter().filter(|name| name.ends_with(".dcf")).collect();
     assert_eq!(of_one, ["5.dcf"]);
-    // Each gets its own.
+    // Each node gets its own data sheet.
     let own = ["5,7", "--device", "5=siko/ag03-1", "--device", "7=sensor.eds", "-o", "own-{node}.dcf"];
     let run = backup(&own);
     assert_eq!((run.code, run.stdout.lines().count()), (Some(0), 2), "{run}");
-    // One without vendor-ID contradicts no device.
+    // A data sheet without vendor-ID matches any device.
     assert_eq!(backup(&["7", "--device", "nameless.eds", "-o", "nameless.dcf"]).code, Some(0));
     backup(&["7", "--device", "5=siko/ag03-1", "-o", "a.dcf"]).on_stderr(2, "node 5 has a data sheet, but is none of");
     let twice = ["5", "--device", "siko/ag03-1", "--device", "sensor.eds", "-o", "a.dcf"];
@@ -63,12 +63,12 @@ fn every_command_looks_at_the_identity() {
         run.on_stderr(2, OTHER);
         assert!(run.stdout.is_empty(), "{run}");
     }
-    // Makers have data sheets for several products.
+    // A vendor may have one data sheet for several products.
     let read = lexican_in(&folder, &["read", "--bus", BUS[1], "--device", "siko/ag03-1", "--node", "6", "6041"]);
     read.on_stderr(0, "node 6 may not be the device of siko/ag03-1");
     let none = lexican_in(&folder, &["read", "--bus", BUS[1], "--device", "7=none", "--node", "7", "1017"]);
     assert_eq!(none.code, Some(0), "{none}");
-    // It is what `check` finds.
+    // `check` reports the mismatch.
     let check = lexican_in(&folder, &["check", "--bus", BUS[1], "--device", "siko/ag03-1", "7"]);
     check.on_stdout(1, "another vendor: 16Fh, by the data sheet 195h");
 }

@@ -46,7 +46,7 @@ fn a_log_goes_through_every_format_and_back() {
         run.on_stderr(0, "left out: 1 frame of CAN FD, 1 error frame");
         assert!(run.stdout.starts_with(&format!("{name}: 4 frames, ")), "{run}");
         lexican_in(&folder, &["convert", name, "-", "--to", "candump"]).on_stdout(0, expected);
-        // As the bus of another command.
+        // A log is the bus of another command.
         let url = format!("log:{name}");
         lexican_in(&folder, &["monitor", "--bus", &url, "--json"]).on_stdout(0, "\"time\":1506783973.191");
     }
@@ -101,7 +101,7 @@ fn what_cannot_be_read_or_written_is_named() {
     ] {
         lexican_in(&folder, args).on_stderr(code, text);
     }
-    // What came before the error is kept.
+    // The frames before the error are kept.
     assert_eq!(fs::read_to_string(folder.join("a.log")).unwrap(), "(0000000001.500000) can0 080#\n");
 }
 
@@ -137,7 +137,7 @@ fn a_ring_of_files_keeps_the_newest() {
 #[test]
 fn a_log_commands_a_simulated_drive() {
     let folder = folder("logs-replay");
-    // A simulated drive answers in the log's time, which is not the wall's.
+    // A simulated drive answers by the time of the log, not of the wall clock.
     let log = "(1.0) can0 000#0105\n(1.2) can0 605#2F17100000000000\n(1.3) can0 605#4041600000000000\n";
     fs::write(folder.join("bus.log"), log).unwrap();
     let bus = ["--bus", "sim:siko/ag03-1?node=5&pace=virtual", "--json"];
@@ -180,7 +180,7 @@ fn a_signal_ends_a_recording_cleanly() {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
         command.args(["record", "--bus", "sim:siko/ag03-1?node=5", "-o", name]).current_dir(&folder);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        // The boot-up message is there soon, and written within a fifth of a second.
+        // The boot-up message comes soon, and is written within a fifth of a second.
         let path = folder.join(name);
         while !fs::metadata(&path).is_ok_and(|data| data.len() > 20) {
             assert_eq!(child.try_wait().unwrap(), None, "it is still recording");

@@ -77,7 +77,7 @@ fn every_command_takes_the_names_of_its_nodes() {
     run("statistics", &["statistics", "--for", "2s"]).on_stdout(0, "load 0.");
     run("unknown", &["read", "feedr", "statusword"]).on_stderr(2, "feedr");
     run("demo", &["bench", "--demo", "--tui"]).on_stderr(2, "the terminal cannot be used");
-    // What is given wins.
+    // The command line takes precedence.
     run("bus", &["read", "--bus", "sim:siko/ag02?node=5", "feeder", "1000", "--device", "none"])
         .on_stdout(0, "1000:00");
     run("boot", &["boot"]).on_stdout(0, "node 5: has booted");
@@ -114,7 +114,7 @@ fn a_machine_has_several_buses() {
     let check = run("check", &["machine", "check"]);
     check.on_stdout(0, "left: 1 node, 0 PDOs configured, the bus is busy for 0.");
     check.on_stdout(0, "right: 1 node");
-    // A node is on its bus, and the bus is named where there is none.
+    // A node implies its bus; without a node, the bus is named.
     run("feeder", &["read", "feeder", "1008"]).on_stdout(0, "AG03");
     run("cutter", &["check", "cutter"]).on_stdout(0, "as the data sheet says");
     run("scan", &["scan", "--bus", "left"]).on_stdout(0, "siko/ag02");
@@ -138,11 +138,11 @@ fn a_node_without_node_id_gets_it_by_lss_when_the_machine_boots() {
     };
     let boot = machine("");
     boot.on_stdout(0, "node 7: sensor has got its node-ID by LSS\nnode 7: has booted\n");
-    // What has booted is asked for its version.
+    // A node that has booted is asked for its version.
     machine("software = \"9.9\"\n").on_stderr(1, "node 7: the software version of sensor is not 9.9: ");
 }
 
-/// Devices that are not as they were delivered.
+/// A machine whose devices are not as delivered.
 const CONFIGURED: &str = "\
 [bus]
 manager = 127
@@ -172,7 +172,7 @@ heartbeat = \"50 ms\"
 ";
 const MACHINES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines");
 
-/// What was found on the bus of a machine, and its comparison with that bus.
+/// The file made from what was found on the bus of a machine, and its comparison with that bus.
 fn found(folder: &Path, machine: &str) -> (String, Run) {
     let bus = format!("sim:{}", folder.join(machine).display());
     lexican_in(folder, &["machine", "new", "--bus", &bus, "--sheets", MACHINES, "-o", "machine.toml"]).on_stdout(0, "");
@@ -184,7 +184,7 @@ fn found(folder: &Path, machine: &str) -> (String, Run) {
 #[test]
 fn a_boot_of_a_machine_that_was_found_changes_nothing() {
     let folder = folder("machine-new");
-    // The devices of a simulated bus have what their DCFs say.
+    // The devices of the simulated bus have the values of their DCFs.
     std::fs::write(folder.join("configured.toml"), CONFIGURED.replace("MACHINES", MACHINES)).unwrap();
     let export = ["machine", "export", "configured.toml", "--folder", "dcfs", "--format", "dcf,cpj"];
     lexican_in(&folder, &export).on_stdout(0, "dcfs/a.dcf\n");
@@ -204,7 +204,7 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
         assert!(written.contains(lines), "{lines}\n{written}");
     }
     plan.on_stdout(0, "1A00:02");
-    // Their DCFs say the same, and so do the list of them and their backups.
+    // Their DCFs give the same result, and so do the list of them and their backups.
     let named = written.replace(".drive5", ".a").replace(".drive6", ".b").replace(".encoder8", ".c");
     let sheet = format!("8={MACHINES}/encoder.eds");
     let devices = ["--device", "5=siko/ag03-1", "--device", "6=kollmorgen/akd", "--device", &sheet];
@@ -219,7 +219,7 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
         assert_eq!(again.matches("[node.").count(), 5, "{again}");
         lexican_in(&folder, &["machine", "plan", "again.toml", "--bus", "sim:bus.toml"]).on_stdout(0, "(as it is)");
     }
-    // Without its data sheet a node is what it says of itself.
+    // Without its data sheet, a node is described by its own objects.
     lexican_in(&folder, &["machine", "new", "--bus", "sim:bus.toml"])
         .on_stdout(0, "[node.node8]\nid = 8\nidentity = { vendor = 0x4C58, product = 0x406, revision = 0x10000 }\n");
 }
@@ -246,7 +246,7 @@ fn a_bus_yml_becomes_a_machine() {
     let slave = "master: {node_id: 1}\nio:\n  node_id: 7\n  dcf: io.eds\n";
     run(&format!("{slave}  hartbeat_producer: 100\n")).on_stderr(0, "did you mean `heartbeat_producer`?");
     let written = std::fs::read_to_string(folder.join("machine.toml")).unwrap();
-    // dcfgen has revision and serial number checked that the data sheet gives.
+    // dcfgen has the revision and serial number in the data sheet checked.
     let node = "[node.io]\nid = 7\nsheet = \"config/io.eds\"\nidentity = { revision = 0x10000, serial = 0x1 }\n";
     assert!(written.contains(node), "{written}");
     run(&format!("{slave}  sdo: [{{index: 0x9999}}]\n"))

@@ -1,4 +1,4 @@
-//! A machine from its file to a drive that has been replaced: each command by the names of its nodes.
+//! A machine from its file to the replacement of a drive: every command names nodes by their names.
 #![cfg(unix)]
 
 use std::fs;
@@ -66,19 +66,19 @@ fn a_machine_is_checked_booted_saved_and_repaired_by_names() {
     };
     run("scan", &[]).on_stdout(0, "siko/ag02");
     run("boot", &[]).on_stdout(0, "the network is ready");
-    // The second time it finds all as it is to be.
+    // The second time, everything is already as planned.
     let live = run("machine plan", &["--live"]);
     assert!(live.code == Some(0) && !live.stdout.contains("(now"), "{live}");
     run("write", &["feeder", "2410/5", "7"]).on_stdout(0, "= 7");
     run("backup", &["-o", "labeller.tar"]).on_stdout(0, "5 nodes in labeller.tar");
     run("compare", &["labeller.tar", "machine"]).on_stdout(0, ", the same");
 
-    // The drive fails, and the machine without it is not the one of the backup.
+    // The drive fails, and the machine without it differs from the backup.
     machine.asks("feeder: power off", "state");
     run("compare", &["labeller.tar", "machine", "--timeout", "100ms"]).on_stdout(1, "feeder: not in machine");
     let gone = run("replace", &["feeder", "-o", "none.txt", "--timeout", "100ms"]);
     gone.on_stderr(1, "feeder HAS NOT BEEN REPLACED: there is no device");
-    // Another kind of drive takes its place by mistake.
+    // Another kind of drive replaces it by mistake.
     let wrong = Simulation::begin(&folder, &["siko/ag02", "--node", "5", "--bus", &buses[1]]);
     run("replace", &["feeder", "-o", "wrong.txt"]).on_stderr(1, "it is another device");
     drop(wrong);

@@ -1,8 +1,8 @@
-//! What `lexican monitor` prints, and what it leaves out.
+//! What `lexican monitor` prints and what it leaves out.
 
 use crate::common::{Run, folder, lexican, lexican_in};
 
-/// Monitors a log of these frames of the AG03/1 as node 5, 1 ms apart.
+/// Monitors a log of these frames, 1 ms apart, with the AG03/1 as node 5.
 fn monitor(name: &str, frames: &str, more: &[&str]) -> Run {
     let folder = folder(name);
     let lines = frames.split_ascii_whitespace().enumerate();
@@ -52,7 +52,7 @@ fn a_transfer_is_one_line_with_its_duration() {
     let run = monitor("monitor-transfers-json", BUS, &["--transfers", "--node", "5", "--text", "abort", "--json"]);
     let line: serde_json::Value = serde_json::from_str(run.stdout.trim()).unwrap();
     assert_eq!((&line["transfer"]["abort_code"], &line["alarming"]), (&"06020000".into(), &true.into()), "{run}");
-    // A request that the log ends with has no answer.
+    // A request at the end of the log has no answer.
     check(&monitor("monitor-unanswered", "605#4064600000000000", &["--transfers"]), &["no answer"]);
 }
 
@@ -73,7 +73,7 @@ fn only_what_differs_is_printed() {
 
 #[test]
 fn the_mapping_is_that_of_the_device() {
-    // TPDO3 has other contents since node 5 was asked for them.
+    // The answers of node 5 show that TPDO3 has another mapping.
     let mapping = "605#40021A0000000000 585#4F021A0001000000 605#40021A0100000000 585#43021A0110004160 385#3702";
     check(&monitor("monitor-mapping", mapping, &["--service", "pdo"]), &["Statusword = OPERATION ENABLED"]);
     let run =

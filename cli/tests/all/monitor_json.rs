@@ -71,7 +71,7 @@ fn a_device_is_recognised_when_a_client_reads_its_identity() {
     assert_eq!(lines[4]["pdo"]["fields"], json!([]), "the device is given as unknown");
 }
 
-/// What programs read stays as it is: fields may be added (`LEXICAN_BLESS=1`), and their order is nobody's business.
+/// The fields that programs read stay. Fields may be added (`LEXICAN_BLESS=1`); their order does not matter.
 #[test]
 fn golden_every_protocol_has_the_fields_that_it_had() {
     let folder_of_cases = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all");

@@ -77,7 +77,7 @@ fn no_color_is_obeyed_by_every_command() {
     }
 }
 
-/// Runs the command where it may have so many KiB of memory, and says how it ended.
+/// Runs the command with at most this many KiB of memory, and returns how it ended.
 #[cfg(target_os = "linux")]
 fn with_memory(kib: u32, args: &str) -> (Option<i32>, String) {
     let command = format!("ulimit -v {kib}; exec {} {args}", env!("CARGO_BIN_EXE_lexican"));
@@ -100,7 +100,7 @@ fn inputs_without_end_are_not_read_to_their_end() {
 #[test]
 fn a_file_beyond_the_bound_is_refused_without_being_read_whole() {
     let folder = folder("beyond");
-    // It takes no room on the disk.
+    // A sparse file, which takes no room on the disk.
     let file = std::fs::File::create(folder.join("huge.eds")).unwrap();
     file.set_len(1 << 40).unwrap();
     let run = lexican_in(&folder, &["eds", "lint", "huge.eds"]);

@@ -84,7 +84,7 @@ fn a_pdo_is_restored_by_switching_it_off() {
     let run =
         |device: &Simulation, command: &str, args: &[&str]| run(device, &folder, command, &[&sheet, args].concat());
     assert_eq!(run(&device, "backup", &["5", "-o", "kept.dcf"]).code, Some(0));
-    // $NODEID stays what it is, so that the backup fits another node-ID.
+    // $NODEID is kept, so that the backup fits another node-ID.
     let dcf = std::fs::read_to_string(folder.join("kept.dcf")).unwrap();
     assert!(dcf.contains("ParameterValue=$NODEID+0x180") && dcf.contains("NodeID=5"), "{dcf}");
     for (object, value) in [("1800:01", "0x80000185"), ("1A00:00", "0"), ("1800:01", "0x185")] {
@@ -140,7 +140,7 @@ fn a_restore_that_ends_half_way_goes_on_where_it_was() {
             let pid = restore.id().to_string();
             assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
         } else {
-            // Its events are read on, so that it does not wait for its reader.
+            // Keep reading its events, so that it does not wait for its reader.
             device.asks("power off", "state");
         }
         lines.read_to_string(&mut stdout).unwrap();
@@ -156,7 +156,7 @@ fn a_restore_that_ends_half_way_goes_on_where_it_was() {
         let args: Vec<_> = args.iter().map(String::as_str).collect();
         let again = lexican_in(&folder, &[&["restore"], &args[..]].concat());
         assert_eq!(again.code, Some(0), "{again}");
-        // A device that was without power has its defaults again.
+        // A device that lost its power has its defaults again.
         let left = if ends == "interrupted" { 400 - done } else { 400 };
         again.on_stdout(0, &format!("node 5: {left} parameters written, {} had their value", 400 - left));
     }
@@ -280,7 +280,7 @@ fn settings_of_a_machine_are_checked_and_applied() {
     wrong.on_stderr(2, "machine::setting");
     assert!(wrong.stdout.is_empty() && wrong.stderr.contains("the data sheet says ro"), "{wrong}");
     assert!(wrong.stderr.contains("\"nonsense\"") && wrong.stderr.contains("machine.toml:9:8"), "{wrong}");
-    // A command is none.
+    // A command is not a parameter.
     apply(&format!("{good}6040 = \"shutdown\"\n"), &[]).on_stderr(2, "it is a command and no parameter");
     apply(good, &["--dry-run"])
         .on_stdout(0, "6060:00 Modes of Operation = profile velocity (2), was profile position (1)");
@@ -291,7 +291,7 @@ fn settings_of_a_machine_are_checked_and_applied() {
     run(&device, &folder, "nmt", &["start", "--node", "5", "--wait", "2s"]).on_stdout(0, "OPERATIONAL");
     apply(good, &["cutter"]).on_stderr(2, "machine.toml has no settings for that node");
     apply("", &[]).on_stderr(2, "machine.toml has no settings for any node");
-    // Limits of the machine hold for every command.
+    // The machine's limits apply to every command.
     let limits = "[node.feeder.limits]\n2412 = [\"1 mm\", \"3 mm\"]\n";
     apply(&format!("{good}{limits}"), &[]).on_stdout(0, "3 had their value\n");
     run(&device, &folder, "write", &["feeder", "2412", "4 mm"]).on_stderr(1, "4.00 mm is too high");

@@ -61,7 +61,7 @@ fn what_the_data_sheet_does_not_allow_is_refused_before_anything_is_sent() {
     }
 }
 
-/// By its overlay the object can be mapped; the drive knows better.
+/// According to its overlay the object can be mapped, but the drive refuses it.
 #[test]
 fn a_pdo_whose_change_the_node_refuses_is_put_back() {
     let folder = folder("pdo-put-back");

@@ -11,7 +11,7 @@ use lexican_runtime::host::VirtualBus;
 use lexican_simulation::{Files, Plant, SimulatedDevice, command};
 use serde_json::{Value, json};
 
-/// A drive and two sensors of a data sheet that the library does not have.
+/// A machine with a drive and two sensors whose data sheet is not in the library.
 const MACHINE: &str = "\
 [node.feeder]
 id = 5
@@ -32,7 +32,7 @@ level.settings = { 1017 = 100, '1018:04' = 43 }
 spare.power = 'off'
 ";
 
-/// What the data sheet of the sensor does not say.
+/// What the sensor's data sheet lacks.
 const OVERLAY: &str = "\
 [overlay]\nformat = 1\n[object.\"2000\"]\nquantity = \"Span\"\n\
 [quantity.Span]\nunits = [{ symbol = \"mm\", method = \"mm\", scale = \"1/10\" }]\n";
@@ -46,7 +46,7 @@ fn machine(name: &str, text: &str) -> PathBuf {
     folder
 }
 
-/// The heartbeats of a node within two seconds: how many there are.
+/// The number of heartbeats of a node within two seconds.
 fn heartbeats(name: &str, fault: &str, node: u8) -> usize {
     let folder = machine(name, &format!("{MACHINE}\n{fault}"));
     let run = lexican_in(&folder, &["monitor", "--bus", "sim:machine.toml", "--for", "2s", "--json"]);
@@ -63,7 +63,7 @@ fn a_plant_is_a_bus_of_every_command() {
     let found = run("scan", &[]);
     found.on_stdout(0, "node   5  siko/ag03-1");
     assert!(found.stdout.contains("node  16") && !found.stdout.contains("node  17"), "{found}");
-    // The data sheets are those of the plant, with their overlays.
+    // The data sheets of the plant, with their overlays, are used.
     run("read", &["--node", "5", "6060"]).on_stdout(0, "Modes of Operation = profile velocity (2)");
     run("read", &["--node", "5,16", "1017"]).on_stdout(0, "100");
     run("read", &["--node", "16", "1018:04"]).on_stdout(0, "43");
@@ -86,7 +86,7 @@ fn devices_on_terminals_are_controlled_one_by_one() {
     let answer = plant.asks("feeder: get 6060", "answer");
     assert!(answer["text"].as_str().unwrap().ends_with("profile velocity (2)"), "{answer}");
     assert_eq!((&answer["node"], &answer["device_name"]), (&json!(5), &json!("feeder")));
-    // It was off.
+    // The spare node was off.
     assert_eq!(plant.asks("spare: power on", "boot-up")["node"], 17);
     plant.check("scan", &[], "node  17");
     plant.check("write", &["--node", "5", "6060", "1"], "");
@@ -122,7 +122,7 @@ fn frames_are_lost_repeated_and_delayed() {
     let sound = heartbeats("plant-sound", "", 5);
     assert!(sound > 15, "{sound}");
     let half = "[[fault]]\naction = 'lose'\nfrom = 'feeder'\nevery = 2\ncob-id = 0x705\n";
-    // The boot-up message was lost or not.
+    // The boot-up message may have been lost or not.
     assert!(heartbeats("plant-half", half, 5).abs_diff(sound / 2) <= 1);
     assert_eq!(heartbeats("plant-half-other", half, 16), heartbeats("plant-sound-other", "", 16));
     assert_eq!(heartbeats("plant-lost", "[[fault]]\naction = 'lose'\nfrom = 'feeder'\n", 5), 0);
@@ -139,7 +139,7 @@ fn the_steps_of_a_plant_happen_to_their_drive() {
     let folder = machine("plant-steps", &format!("{node}{steps}"));
     let watch = |bus: &str| lexican_in(&folder, &["monitor", "--bus", bus, "--for", "1s"]);
     watch("sim:machine.toml").on_stdout(0, "EMCY");
-    // The same script in a file of its own.
+    // The same script as a file.
     std::fs::write(folder.join("faults.toml"), steps.replace("simulate.a.step", "step")).unwrap();
     std::fs::write(folder.join("machine.toml"), format!("{node}[simulate.a]\nscript = 'faults.toml'\n")).unwrap();
     watch("sim:machine.toml").on_stdout(0, "EMCY");
@@ -157,10 +157,10 @@ fn errors_are_shown_with_their_lines() {
     let sensor = "[node.b]\nid = 6\nsheet = 'sensor.eds'\n";
     std::fs::write(folder.join("jam.toml"), step("a", "shift").replace("simulate.a.", "") + "\n").unwrap();
     for (more, place, words) in [
-        // What is wrong in any machine, all at once.
+        // All mistakes that any machine can have, at once.
         ("hart = 1\n[simulate.a]\npower = 'no'", "machine.toml:4:1", "unknown field `hart`"),
         ("hart = 1\n[simulate.a]\npower = 'no'", "machine.toml:6:9", "unknown variant `no`"),
-        // What only a simulation finds.
+        // Mistakes that only a simulation finds.
         ("[simulate.a]\ninputs = [\n'blocked = maybe']", "machine.toml:6:1", "blocked"),
         (&(step("a", "shaft") + &step("a", "shift")), "machine.toml:7:1", "shift"),
         (&(sensor.to_owned() + &step("b", "shaft")), "machine.toml:7:1", "this device does not follow a script"),
@@ -187,7 +187,7 @@ fn the_example_runs() {
     for node in ["node   5  siko/ag03-1", "node   6  kollmorgen/akd", "node   7", "node   8"] {
         found.on_stdout(0, node);
     }
-    // The I/O is lost, and comes back.
+    // The I/O node is lost, and comes back.
     let sheets = ["--node", "5=siko/ag03-1", "--node", "6=kollmorgen/akd", "--optional", "7"];
     let boot =
         [&["boot", "--bus", "sim:machines/line.toml", "--heartbeat", "100ms", "--for", "5s"], &sheets[..]].concat();
@@ -196,7 +196,7 @@ fn the_example_runs() {
     booted.on_stdout(0, "node 7: is lost");
 }
 
-/// A program that brings the example has no files beside it.
+/// A program that contains the example has no files beside it.
 #[test]
 fn the_example_runs_from_texts_inside_a_program() {
     const FILES: Files<'_> = Files::Embedded(&[

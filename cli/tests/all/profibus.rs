@@ -4,10 +4,10 @@
 use crate::common::{Run, folder, lexican};
 use crate::simulation::Simulation;
 
-/// A machine under load may take longer than the watchdog allows: then a command is run again.
+/// On a busy machine, a run may take longer than the watchdog allows; the command is then run again.
 const ATTEMPTS: usize = 20;
 
-/// Runs a command until it is as expected.
+/// Runs a command until its result is as expected.
 fn until(run: impl Fn() -> Run, is_so: impl Fn(&Run) -> bool) -> Run {
     (1..ATTEMPTS).map(|_| run()).find(|run| is_so(run)).unwrap_or_else(run)
 }
@@ -26,7 +26,7 @@ fn a_drive_on_profibus_is_a_node_for_every_command() {
     check("read", &["2412", "6041"], "Spindle Pitch = 2.50 mm");
     check("nmt start", &["--node", "5", "--wait", "2s"], "OPERATIONAL");
     check("drive", &["5", "step", "3 mm", "--enable"], "it has reached its target");
-    // What happens to the drive is that of every simulation, and its slave has no power without it.
+    // The drive has the inputs of every simulation, and without power its slave has none either.
     assert_eq!(drive.asks("battery_v = 2.9", "answer")["text"], "battery_v = 2.9");
     drive.asks("power off", "state");
     drive.run("read", &["6064"]).on_stderr(2, "no slave answers at address 5");
@@ -58,7 +58,7 @@ fn a_url_that_names_no_drive_on_profibus_is_refused_with_a_remedy() {
     refused(&format!("profibus:/dev/nothing?device=siko/ag02&address=5&gsd={gsd}&module=no"), "module=NAME; several");
 }
 
-/// Not one of them is "no answer".
+/// None of the reasons is "no answer".
 #[test]
 fn a_slave_that_exchanges_no_data_says_why() {
     let simulate = ["siko/ag03-1", "--bus", "profibus", "--node", "5"];
@@ -70,7 +70,7 @@ fn a_slave_that_exchanges_no_data_says_why() {
         ("siko/ag02", 5, "has the ident number 0AC5, and 08C9 is expected"),
     ] {
         let url = format!("{port}?device={device}&address={address}");
-        // Under load an answer may come too late.
+        // On a busy machine, an answer may come too late.
         let read = || lexican(&["read", "--bus", &url, "6064"]);
         until(read, |run| run.stderr.contains(words)).on_stderr(2, words);
     }

@@ -18,7 +18,7 @@ use serde_json::Value;
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// A log of a session with the devices of a machine, from power-on.
+/// Records a session with the devices of a machine, from power-on.
 fn record(folder: &Path, machine: &str, session: impl FnOnce(&VirtualBus)) {
     fs::write(folder.join("machine.toml"), machine).unwrap();
     let plant = Plant::parse(machine, "machine.toml", Files::Folder(folder)).unwrap();
@@ -36,7 +36,7 @@ fn record(folder: &Path, machine: &str, session: impl FnOnce(&VirtualBus)) {
     fs::write(folder.join("bus.log"), &*log.lock().unwrap()).unwrap();
 }
 
-/// A drive is set up, travels there and back, and is read meanwhile.
+/// Sets a drive up, travels there and back, and reads objects meanwhile.
 fn travels(bus: &VirtualBus, description: &'static Description) {
     let mut drive = Drive::connect_described_unprotected(bus.link(), NODE, description).unwrap();
     drive.enable().unwrap();
@@ -49,7 +49,7 @@ fn travels(bus: &VirtualBus, description: &'static Description) {
         let _ = read(index, sub);
     }
     assert!(read(0x5FFF, 1).is_err());
-    // One of the drives has none.
+    // One of the drives lacks this object.
     let _ = network.write_bytes(NODE, Address::new(0x1017, 0), &[100, 0]);
     bus.advance(Duration::from_secs(1));
 }
@@ -77,11 +77,11 @@ fn a_session_with_each_drive_is_asked_again() {
         lexican_in(&folder, &convert).on_stdout(0, "t.csv: ");
         let text = fs::read_to_string(folder.join("t.csv")).unwrap();
         Trace::parse("t.csv", &text).unwrap();
-        // What is measured is open, what is not is compared.
+        // Measured values are open, and others are compared.
         assert!(text.contains(" 64 60 00 xx xx xx xx,"), "{text}");
         assert!(!text.contains(" 00 10 00 xx"), "{text}");
         ask(&folder, &[]).on_stdout(0, "1 passed");
-        // Without the data sheet, and through every other format.
+        // Without the data sheet, and from every other format.
         for format in ["blf", "trc", "asc", "pcapng"] {
             let log = format!("bus.{format}");
             lexican_in(&folder, &["convert", "bus.log", &log]).on_stdout(0, "frames");
@@ -89,7 +89,7 @@ fn a_session_with_each_drive_is_asked_again() {
             run.on_stderr(0, "without --device");
         }
         ask(&folder, &[]).on_stdout(0, "1 passed");
-        // It moves, and that has to be allowed.
+        // The trace moves the drive, which has to be allowed.
         let asked = ["conform", "--bus", "sim:machine.toml", "5", "--trace", "t.csv"];
         lexican_in(&folder, &asked).on_stdout(1, "not run: it gives a drive orders, which needs `--allow motion`");
     }
@@ -97,7 +97,7 @@ fn a_session_with_each_drive_is_asked_again() {
 
 const SENSOR: &str = include_str!("../sensor.eds");
 
-/// A sensor is read, set up and started, and sends its state.
+/// Reads a sensor, sets it up and starts it; the sensor sends its state.
 fn sensor(bus: &VirtualBus) {
     let mut network = Network::new(bus.link());
     for (index, sub) in [(0x1000, 0), (0x1018, 2), (0x1018, 3), (0x2000, 0)] {
@@ -123,7 +123,7 @@ fn recorded_sensor(name: &str) -> std::path::PathBuf {
     folder
 }
 
-/// What the trace says of a device that is not as the recorded one.
+/// Compares how a device deviates from the recorded one.
 #[track_caller]
 fn deviates(folder: &Path, sheet: &str, faults: &str, expected: &[&str]) {
     fs::write(folder.join("sensor.eds"), sheet).unwrap();
@@ -132,7 +132,7 @@ fn deviates(folder: &Path, sheet: &str, faults: &str, expected: &[&str]) {
     expected.iter().for_each(|text| run.on_stdout(1, text));
 }
 
-/// The line of the log that an expectation is from, as a failure names it.
+/// The line of the log from which an expectation comes, as in a failure.
 fn source(folder: &Path, row: &str) -> String {
     let text = fs::read_to_string(folder.join("t.csv")).unwrap();
     let line = text.lines().position(|line| line.starts_with(row)).unwrap_or_else(|| panic!("{row}: {text}"));
@@ -169,7 +169,7 @@ fn another_device_fails_at_the_step_and_the_line_of_the_log_is_named() {
         let lost = if id == "0x705" { lost + "every = 1\n" } else { lost };
         deviates(&folder, SENSOR, &lost, &[&place, "nothing with this identifier came"]);
     }
-    // Another serial number is no deviation.
+    // Another serial number is not a deviation.
     fs::write(folder.join("sensor.eds"), SENSOR.replace("DefaultValue=42", "DefaultValue=43")).unwrap();
     fs::write(folder.join("machine.toml"), machine("sensor.eds", "")).unwrap();
     ask(&folder, &[]).on_stdout(0, "1 passed");

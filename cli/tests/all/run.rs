@@ -38,7 +38,7 @@ fn lines_run_on_one_bus_with_their_times() {
                  wait feeder.6064 >= 2.4 mm within 1 s\nread feeder 6064\ndrive cutter move-to 2000 --enable\n";
     let done = run("run", lines, &[]);
     done.on_stdout(0, "2: boot\n");
-    // What a line has done, the next one finds.
+    // Each line sees the effects of the previous ones.
     done.on_stdout(0, "6064:00 Position Actual Value = +2.50 mm\n");
     assert!(done.stdout.lines().last().unwrap().starts_with("6 lines in "), "{done}");
     assert_eq!(done.stdout.matches("it stands").count(), 2, "each drive is told to stop: {done}");
@@ -83,7 +83,7 @@ fn what_fails_ends_the_sequence_and_the_drives_stand() {
     run("run-failed", "read feeder 6064\nread --node 9 6064\nboot\n", &[]).on_stdout(2, "a.seq:2 has ended it");
 }
 
-/// Ctrl-C while a drive runs without end, and a bus that every line has in common.
+/// Ctrl-C while a drive runs without end, with one bus for all lines.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_sequence_leaves_no_drive_moving() {

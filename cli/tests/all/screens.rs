@@ -24,7 +24,7 @@ fn watch_is_a_table_that_is_renewed_and_stays_behind() {
 fn statistics_are_renewed_while_they_are_looked_at() {
     let mut screen = Terminal::run(&["statistics", "--bus", DRIVE, "--bit-rate", "500"]);
     screen.wait_for(|text| text.contains("PRE-OPERATIONAL") && text.contains("705  boot-up") && text.contains("load"));
-    // Ctrl-C is a key to a program that has the whole terminal.
+    // For a program that uses the whole terminal, Ctrl-C is a key.
     screen.press("\u{3}");
     let (code, text) = screen.end();
     assert!(code == Some(0) && text.contains("705  boot-up"), "{text}");

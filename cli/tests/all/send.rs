@@ -66,7 +66,7 @@ fn what_cannot_be_sent_is_refused() {
     lexican(&["sync", "--bus", &format!("log:{}", log.display())]).on_stderr(2, "a log takes no frames");
 }
 
-/// A command without an end.
+/// A command that runs until Ctrl-C.
 struct Endless {
     command: Child,
     lines: std::io::Lines<BufReader<ChildStdout>>,
@@ -74,7 +74,7 @@ struct Endless {
 
 impl Endless {
     fn start(bus: &str, args: &[&str]) -> Self {
-        // A shell has its background jobs ignore SIGINT, and they pass that on to what they start.
+        // A shell lets its background jobs ignore SIGINT, and they pass this on to the processes that they start.
         let mut command = Command::new("env")
             .args(["--default-signal=INT", env!("CARGO_BIN_EXE_lexican")])
             .args(args)
@@ -146,7 +146,7 @@ fn nodes_that_go_and_come_back_are_reported() {
     manager.until("booted");
     let (summary, code) = manager.interrupt();
     assert_eq!((code, &summary["lost"], &summary["same_node_id"]), (Some(1), &json!(1), &json!(0)));
-    // A node that does not answer, and one that does not report its state: what is advised helps.
+    // A node that does not answer, and one that does not report its state: the advice helps.
     drive.check("nmt", &["stop", "--node", "5", "--wait", "1s"], "STOPPED");
     drive.run("read", &["--node", "5", "6064"]).on_stderr(2, "`lexican nmt pre-operational --node NODE`");
     drive.check("nmt", &["pre-operational", "--node", "5"], "");

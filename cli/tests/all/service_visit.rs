@@ -1,5 +1,5 @@
-//! The page "A service visit", followed to the letter with simulated devices; `LEXICAN_BLESS=1` writes what the commands print,
-//! and the picture.
+//! The page "A service visit", followed to the letter with simulated devices; `LEXICAN_BLESS=1` writes the output of
+//! the commands, and the picture.
 #![cfg(unix)]
 
 use std::fs::{self, OpenOptions};
@@ -11,25 +11,25 @@ use crate::common::{files, folder};
 use crate::page::follow;
 use crate::simulation::Simulation;
 
-/// The terminals of the bus, as the page has them.
+/// The terminals of the bus, as named in the page.
 const TERMINALS: [&str; 4] = ["slcan:/dev/pts/3", "slcan:/dev/pts/4", "slcan:/dev/pts/5", "slcan:/dev/pts/6"];
 
-/// The engineer's desk: a folder, the simulations, and what runs in a second terminal.
+/// The engineer's desk: a folder, the simulations, and the processes in a second terminal.
 struct Desk {
     folder: PathBuf,
-    /// What makes the bus.
+    /// The simulation of the machine, which provides the bus.
     machine: Option<Simulation>,
     /// The new drive, at the last terminal of the bus.
     drive: Option<Simulation>,
-    /// The lines that every later one needs.
+    /// Lines that set variables for all later lines.
     exported: String,
-    /// The file that a block makes.
+    /// The file that the present block writes.
     file: PathBuf,
     second: Vec<(String, Child)>,
 }
 
 impl Desk {
-    /// What a line of the page prints.
+    /// Carries out a line of the page, and returns its output.
     fn act(&mut self, language: &str, line: &str) -> String {
         match (language, line.split_once(' ')) {
             ("toml" | "seq", _) => self.write_file(line),
@@ -57,7 +57,7 @@ impl Desk {
         self.machine.as_mut().expect("the machine is simulated").asks(line, event);
     }
 
-    /// Begins a simulation: of the machine, then of the new drive.
+    /// Begins a simulation: at first of the machine, then of the new drive.
     fn simulate(&mut self, line: &str) {
         let line = self.here(line);
         let words: Vec<_> = line.split_whitespace().skip(2).collect();
@@ -68,7 +68,7 @@ impl Desk {
         }
     }
 
-    /// Runs a line in a shell. One with `&` runs in a second terminal, until `wait`.
+    /// Runs a line in a shell. A line with `&` runs in a second terminal, until `wait`.
     fn run(&mut self, line: &str) -> String {
         if line == "wait" {
             let ended = self.second.drain(..).map(|(line, child)| (line, child.wait_with_output().unwrap()));
@@ -93,7 +93,7 @@ impl Desk {
         printed(line, &child.wait_with_output().unwrap())
     }
 
-    /// A line of the page with the terminals of this run.
+    /// A line of the page, with the terminals of this run.
     fn here(&self, line: &str) -> String {
         let buses = self.machine.iter().flat_map(|machine| &machine.buses);
         let words = line.split_inclusive([' ', '=']);
@@ -106,7 +106,7 @@ impl Desk {
     }
 }
 
-/// What a line has printed. Its exit code is the one that the line names, or 0.
+/// The output of a line. Its exit code must be the one named in the line, or 0.
 #[track_caller]
 fn printed(line: &str, output: &Output) -> String {
     let text = String::from_utf8(output.stdout.clone()).expect("the command prints UTF-8");
@@ -115,7 +115,8 @@ fn printed(line: &str, output: &Output) -> String {
     text
 }
 
-/// Lines of measured numbers without their numbers, and each of them once: how many there are depends on the machine.
+/// The text without measured numbers. Lines that are then equal appear only once, because their number depends on the
+/// machine.
 fn without_measurements(text: &str) -> String {
     let mut lines: Vec<String> = text.lines().map(without_measurement).collect();
     lines.dedup();
@@ -162,7 +163,7 @@ fn the_page_exchanges_a_drive() {
     follow(&page, "service_visit", without_measurements, |language, line| desk.act(language, line));
     let made = ["axis.eds", "axis.toml", "encoder.eds", "labeller.tar", "machine.toml", "new.txt", "report.txt"];
     assert_eq!(files(&folder), [&made[..], &["travel.csv", "travel.seq", "travel.svg"]].concat());
-    // The drive went to 50 mm and back, and that is what the picture shows.
+    // The picture shows that the drive went to 50 mm and back.
     let table = fs::read_to_string(folder.join("travel.csv")).unwrap();
     let positions: Vec<_> = table.lines().filter(|line| line.contains("6064:00")).collect();
     assert!(positions.iter().any(|line| line.ends_with("+50.00 mm")), "{table}");

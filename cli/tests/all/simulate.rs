@@ -12,7 +12,7 @@ use lexican_runtime::host::slcan::{Settings, Slcan};
 use lexican_runtime::{CobId, Frame};
 use serde_json::{Value, json};
 
-/// A data sheet with what the tests want to see: stored parameters, an EMCY, a mapped object.
+/// A data sheet with everything that the tests need: stored parameters, an EMCY, a mapped object.
 const SHEET: &str = include_str!("../sensor.eds");
 
 fn sensor(name: &str) -> std::path::PathBuf {
@@ -42,7 +42,7 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     drive.check("read", &["2413"], "loop minus");
     drive.check("boot", &["--node", "1", "--guarding", "100ms", "--for", "1s"], "the network is ready\n");
     drive.check("drive", &["1", "move-to", "300", "--enable"], "it has reached its target");
-    // Another drive, another speed, another node-ID.
+    // No drive, another drive, and wrong parameters; then another baud rate and another node-ID.
     let refused = |suffix: &str, words: &str| {
         let url = format!("{}{suffix}", drive.buses[0].replace("?device=siko/ag02", ""));
         lexican(&["read", "--bus", &url, "6064"]).on_stderr(2, words);
@@ -54,7 +54,7 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     refused("?device=siko/ag02&echo=2", "echo=2 is not on or off");
     let url = format!("{}&node=7&baud=19200", drive.buses[0]);
     lexican(&["read", "--bus", &url, "--node", "7", "2413"]).on_stdout(0, "loop minus");
-    // The drive is moved by hand, so to say.
+    // A line on stdin switches the drive off.
     drive.asks("power off", "state");
     drive.run("read", &["6064"]).on_stderr(2, "no answer");
 }
@@ -73,7 +73,7 @@ fn several_commands_work_with_one_drive() {
     drive.check("write", &["--node", "5", "6060", "profile velocity"], "profile velocity (2)");
     let written = drive.until("written");
     assert_eq!((&written["address"], &written["value"], &written["node"]), (&json!("6060:00"), &json!(2), &json!(5)));
-    // It is the same drive for the next command, and known by its identity.
+    // The next command finds the same drive, and recognises it by its identity.
     let run = drive.run("read", &["--node", "5", "6060"]);
     assert!(run.stdout.contains("Modes of Operation = profile velocity (2)"), "{run}");
     assert!(run.stderr.contains("node 5 is a siko/ag03-1 by its identity"), "{run}");
@@ -107,7 +107,7 @@ fn a_conformance_test_whose_bus_is_gone_says_so_and_ends() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // The first case has begun, by a reset.
+    // The first case has begun with a reset.
     drive.until("nmt");
     drive.vanish();
     let output = test.wait_with_output().unwrap();
@@ -130,7 +130,7 @@ fn one_terminal_hears_what_happens_on_the_other() {
         let line = lines.find(|line| line.as_ref().unwrap().contains(what));
         serde_json::from_str::<Value>(&line.expect("it listens for a minute").unwrap()).unwrap()
     };
-    // After the first heartbeat the monitor is ready.
+    // The monitor is ready after the first heartbeat.
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
     hears("heartbeat");
     drive.check("write", &["--node", "5", "6060", "profile velocity"], "");
@@ -188,7 +188,7 @@ fn an_inconsistent_configuration_is_reported() {
     let event = wrong.until("misconfigured");
     assert_eq!((&event["address"], &event["abort_code"]), (&json!("1A00:01"), &json!("06090011")));
     assert!(event["text"].as_str().unwrap().starts_with("the configuration is inconsistent: 1A00:01"), "{event}");
-    // It is reported at each boot, and a consistent one is not.
+    // A misconfiguration is reported at each boot; a consistent device reports none.
     wrong.asks("power cycle", "misconfigured");
     let summary = |sheet: &str| lexican_in(&folder, &["simulate", sheet, "--node", "7", "--for", "0.2s"]).stdout;
     assert!(summary("wrong.eds").contains("inconsistent") && !summary("sensor.eds").contains("inconsistent"));
@@ -284,7 +284,7 @@ fn a_drive_keeps_its_parameters_and_follows_a_script() {
         .on_stderr(2, "--> bad.toml:2:1");
 }
 
-/// A drive of the library that has a simulator of its own, and a data sheet that makes one.
+/// One drive of the library with a simulator of its own, and one that its data sheet makes a drive.
 #[test]
 fn a_servo_keeps_its_parameters_and_follows_a_script() {
     let folder = folder("sim-servo");
@@ -324,12 +324,12 @@ fn a_servo_keeps_its_parameters_and_follows_a_script() {
 fn a_device_without_node_id_gets_one_by_lss() {
     let folder = sensor("sim-lss");
     let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none", "--eeprom", "kept.txt"]);
-    // However late the device gets its time on a busy machine.
+    // With a long time-out, because the device may be late on a busy machine.
     let found = sensor.run("lss find", &["--one", "--json", "--timeout", "30s"]);
     let found: Value = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
     assert_eq!(found, json!({ "vendor": 0, "product": 3, "revision": 1, "serial": 42, "device": null }));
     assert_eq!(sensor.until("lss")["command"], "switch-global");
-    // Nothing of a search is left behind.
+    // The search leaves nothing behind.
     assert_eq!(sensor.run("lss find", &["--one", "--json", "--timeout", "30s"]).code, Some(0));
     let patience = ["--timeout", "3s"];
     let select = ["--timeout", "3s", "--vendor", "0", "--product", "3h", "--revision", "0x1", "--serial", "42"];
@@ -344,7 +344,7 @@ fn a_device_without_node_id_gets_one_by_lss() {
     let none = sensor.run("lss find", &[]);
     assert_eq!((none.code, none.stdout.contains("no device without node-ID answers")), (Some(1), true));
 
-    // Now it has a node-ID, which changes with the next reset.
+    // The device now has a node-ID; another one takes effect with the next reset.
     let again = sensor.run("lss node-id", &[&patience[..], &["10"]].concat());
     assert!(again.stderr.contains("it is node 9 until its communication is reset"), "{}", again.stderr);
     assert!(again.stderr.contains("not stored"), "{}", again.stderr);
@@ -396,7 +396,7 @@ fn the_next_steps_are_printed() {
     let folder = sensor("sim-new-user");
     let check = |node: &str, words: &[&str]| {
         let run = lexican_in(&folder, &["simulate", "sensor.eds", "--node", node, "--for", "0.1s"]);
-        // The bus is also on stdout, for programs that read events there.
+        // Stdout has the bus, too, for programs that read events there.
         run.on_stdout(0, "  serving on slcan:/dev/pts/");
         words.iter().for_each(|words| assert!(run.stderr.contains(words), "{words}: {}", run.stderr));
     };
@@ -436,11 +436,11 @@ fn the_hints_of_a_second_simulation_can_be_followed() {
     let first = Simulation::begin(&folder, &["sensor.eds", "--node", "5", "--bus", "pty:3"]);
     let introduced = |args: &[&str]| lexican_in(&folder, &[&["simulate", "--for", "0.1s"], args].concat()).stderr;
     let second = introduced(&["sensor.eds", "--node", "6", "--bus", &first.buses[0]]);
-    // It has the first terminal for itself: its hints name another one.
+    // It occupies the first terminal, so its hints name another one.
     assert!(second.contains("    lexican scan --bus BUS\n"), "{second}");
     assert!(second.contains("BUS below is another terminal of the simulation"), "{second}");
     assert!(!second.contains(&format!("--bus {}", first.buses[0])), "{second}");
-    // One that makes its own terminals names those.
+    // A simulation that makes its own terminals names those.
     let own = introduced(&["sensor.eds", "--node", "6"]);
     assert!(own.contains("    lexican scan --bus slcan:/dev/pts/") && !own.contains("BUS"), "{own}");
 }
@@ -464,7 +464,7 @@ fn a_new_node_id_is_activated_when_that_is_wanted() {
     sensor.check("scan", &["--timeout", "100ms"], "node   9");
 }
 
-/// A boot loader of CiA 302-3: what its data sheet has besides the mandatory objects.
+/// The objects of a boot loader of CiA 302-3 in its data sheet, besides the mandatory ones.
 const BOOT_LOADER: &str = "\
 [FileInfo]\nFileName=loader.eds\nEDSVersion=4.0\n\
 [DeviceInfo]\nVendorName=Nobody\nProductName=Loader\nBaudRate_500=1\n\
@@ -516,7 +516,7 @@ fn a_program_is_flashed_into_a_boot_loader() {
     flash(&["empty.bin"]).on_stderr(2, "empty.bin is empty");
     flash(&["--loader", "wrong.toml", "small.bin"]).on_stderr(2, "wrong.toml:2: a number from 0 to 255, or false");
 
-    // Somebody interrupts the transfer when it has begun; what was written before is passed over.
+    // The transfer is interrupted once it has begun; events of earlier writes are skipped.
     simulation.asks("get 1000", "answer");
     let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
         .args(["flash", "--bus", &bus, "5", "--json", "large.bin"])

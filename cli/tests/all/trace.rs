@@ -13,7 +13,7 @@ write,707,7F,,until 1s
 write,707,7F,,until 1s; not before 50ms
 ";
 
-/// Asks a device made of the sensor's data sheet by these frames.
+/// Tests a device made of the sensor's data sheet with these frames.
 fn trace(name: &str, text: &str, args: &[&str]) -> Run {
     let folder = folder(name);
     std::fs::write(folder.join("sensor.eds"), include_str!("../sensor.eds")).unwrap();
@@ -43,7 +43,7 @@ fn a_frame_that_comes_too_early_or_never_fails() {
     run.on_stdout(1, "line 6: 707#05 was expected, 707#7F came");
 }
 
-/// As for the cases: frames in words, and what is worse than before.
+/// As for cases: frames in words, and what has become worse.
 #[test]
 fn a_report_has_the_chapters_and_is_compared_with_an_earlier_one() {
     let folder = folder("trace-report");
@@ -71,15 +71,15 @@ fn a_report_has_the_chapters_and_is_compared_with_an_earlier_one() {
     worse.on_stdout(1, "trace/2");
 }
 
-/// Each condition with a trace that passes, and what makes it fail.
+/// Each condition with a trace that passes, and a change that makes it fail.
 #[test]
 fn each_condition_can_pass_and_fail() {
     let read = "cob_id,direction,data,condition\n607,send,40 14 10 00,\n587,expect,43 14 10 00 87 00 00 00,\n";
     let heartbeat = "cob_id,direction,data,condition\n607,send,2B 17 10 00 C8 00,\n587,expect,60 17 10 00 00 00 00 00,\n707,expect,7F,until 1s\n";
     for (name, text, from, to, why) in [
-        // 5 % of 135 are 6.
+        // 5 % of 135 is 6.
         ("about", read.replace("87 00 00 00,", "85 00 00 00,about"), "85 00", "80 00", "587#4314100087000000 came"),
-        // What is not the value has to be as printed.
+        // All but the value must be as printed.
         (
             "about-other",
             read.replace("87 00 00 00,", "85 00 00 00,about"),
@@ -113,7 +113,7 @@ fn each_condition_can_pass_and_fail() {
     }
 }
 
-/// `after` is the time between two frames, and what comes meanwhile answers nothing that is sent later.
+/// `after` is the time between two frames. A frame that comes meanwhile does not count as an answer to a later one.
 #[test]
 fn a_wait_is_as_long_as_it_says() {
     let text = "cob_id,data,condition\n607,40 00 10 00,\n587,43 00 10 00 xx xx xx xx,\n607,40 01 10 00,after 2s\n587,4F 01 10 00 xx xx xx xx,\n";
@@ -157,7 +157,7 @@ fn an_error_of_the_file_has_its_line_and_column() {
     }
 }
 
-/// The printed examples of the manuals are traces as they are.
+/// The examples printed in the manuals are traces without change.
 #[test]
 fn drives_are_asked_by_the_frames_of_their_manuals() {
     let manual = |file: &str| format!("{}/../tests/manual/{file}", env!("CARGO_MANIFEST_DIR"));
@@ -169,7 +169,7 @@ fn drives_are_asked_by_the_frames_of_their_manuals() {
     for chapter in ["7.2.1.3", "7.2.1.4", "7.2.1.5", "7.2.1.6"] {
         run.on_stdout(0, &format!("{chapter}: passed"));
     }
-    // The others say why they are not asked.
+    // The others say why they are left out.
     run.on_stdout(0, "11 chapters: 4 passed, 0 failed, 7 left out");
     run.on_stdout(0, "7.2.1.8: does not apply: line 190: no frame brings about \"supply off\"");
     let run = ask("kollmorgen/akd?node=3", "akd/frames.csv", &[]);
@@ -177,12 +177,12 @@ fn drives_are_asked_by_the_frames_of_their_manuals() {
     for (drive, chapter) in [("ag02", "10.2.8"), ("ag03-1", "7.2.8")] {
         let file = format!("{drive}/sdo_examples.csv");
         let run = ask(&format!("siko/{drive}?node=5"), &file, &["--allow", "all"]);
-        // The manual reads a value that was set before.
+        // The manual reads a value that was set earlier.
         run.on_stdout(0, &format!("{chapter}.1: passed"));
         run.on_stdout(0, &format!("{chapter}.2: passed"));
         let run = ask(&format!("siko/{drive}?node=5"), &format!("{drive}/example_position.csv"), &["--allow", "all"]);
         run.on_stdout(1, "no frame brings about \"target position reached\"");
-        // The same with what the manual waits for in frames.
+        // The same, with waits written as frames.
         let file = format!("../../conform/traces/siko-{drive}.csv");
         let run = ask(&format!("siko/{drive}?node=5"), &file, &["--allow", "all"]);
         run.on_stdout(0, "2 chapters: 2 passed, 0 failed, 0 left out");

@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::common::{folder, lexican_in};
 use serde_json::Value;
 
-/// What tshark says of each frame: the names of objects, and their numbers. `None` where it is not installed.
+/// What tshark shows for each frame: the names of objects, and their numbers. `None` if it is not installed.
 fn tshark(folder: &Path, log: &str, script: &str) -> Option<Vec<(Vec<String>, Vec<f64>)>> {
     let fields =
         ["-T", "fields", "-E", "separator=|", "-E", "aggregator=;", "-e", "lexican.object", "-e", "lexican.number"];
@@ -40,7 +40,7 @@ fn monitored(line: &Value) -> (Vec<String>, Vec<f64>) {
     (fields.iter().filter_map(name).collect(), fields.iter().filter_map(number).collect())
 }
 
-/// Compares a log; returns how many numbers both have.
+/// Compares the two for a log. Returns how many numbers both have.
 fn compare(folder: &Path, log: &str, nodes: &str) -> Option<usize> {
     let script = ["eds", "to-wireshark", "siko/ag03-1", "--node", nodes, "-o", "names.lua", "--force"];
     lexican_in(folder, &script).on_stdout(0, "");
@@ -57,7 +57,8 @@ fn compare(folder: &Path, log: &str, nodes: &str) -> Option<usize> {
     for (frame, (names, shown)) in frames.iter().zip(&shown) {
         let (expected, known) = monitored(frame);
         assert_eq!(*names, expected, "{frame}");
-        // The command repeats the number of a transfer in the answer to a write; tshark has only what the frame carries.
+        // For the answer to a write, the command repeats the number of the transfer; tshark has only what is in the
+        // frame.
         if !shown.is_empty() {
             assert_eq!(*shown, known, "{frame}");
         }
@@ -74,7 +75,7 @@ fn tshark_shows_the_names_and_numbers_that_monitor_shows() {
     if let Some(numbers) = compare(&folder, "demo.log", "5") {
         assert!(numbers > 50, "{numbers}");
     }
-    // A text in segments, which do not name their object; a refusal; a PDO that is too short.
+    // A text in segments, which do not name their object; a refusal; and a PDO that is too short.
     let frames = ["605#4008100000000000", "585#410810000A000000", "605#6000000000000000", "585#0041473033000000"];
     let more = ["605#2F60600001000000", "585#8060600031000906", "385#3702", "085#2031050000000000"];
     let lines = frames.iter().chain(&more).zip(1..).map(|(frame, at)| format!("({at}.000000) can0 {frame}\n"));

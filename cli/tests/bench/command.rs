@@ -39,7 +39,7 @@ fn it_prints_its_address_and_ends_when_it_is_told_to() {
     }
 }
 
-/// Node 5 is said to be a drive, and is not there: it cannot confirm that it stands.
+/// Node 5 is declared as a drive, but is not there, so it cannot confirm a standstill.
 const ABSENT: &[&str] = &["--bus", "sim:siko/ag03-1?node=6", "--device", "5=siko/ag03-1"];
 
 #[test]
@@ -54,7 +54,7 @@ fn a_second_interrupt_ends_it_at_once() {
     assert_eq!(bench.interrupt_twice(), Some(130), "the first one alone would wait for node 5, and end with 2");
 }
 
-/// What opens a browser on Linux and the BSDs is found by its name, so that another program takes its place.
+/// On Linux and the BSDs, the program that opens a browser is found by its name, so the test can replace it.
 #[cfg(not(target_os = "macos"))]
 #[test]
 fn the_browser_is_opened_without_naming_the_token() {

@@ -14,18 +14,19 @@ use serde_json::{Value as Json, json};
 
 /// The data sheet of a device that is not in the library.
 const SENSOR: &str = include_str!("../sensor.eds");
-/// The objects of a device that has its data sheet in it.
+/// The objects of a device that stores its data sheet.
 const STORED: &str = "[1021]\nParameterName=Store EDS\nObjectType=0x2\nDataType=0x000F\nAccessType=ro\n\
     [1022]\nParameterName=Store format\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nDefaultValue=0\n";
 
-/// Keeps a picture, if pictures are wanted.
+/// Stores a picture if LEXICAN_PICTURES is set.
 fn picture(page: &Page, name: &str) {
     if let Some(folder) = std::env::var_os("LEXICAN_PICTURES") {
         std::fs::write(Path::new(&folder).join(name), page.picture()).unwrap();
     }
 }
 
-/// Nothing was said on the console, nothing was loaded from elsewhere, and who does not see the page knows what each control is.
+/// Checks that the console is empty, that nothing was loaded from elsewhere, and that every control has an accessible
+/// name.
 #[track_caller]
 fn is_in_order(page: &Page, bench: &Bench) {
     assert_eq!(page.said(), [""; 0]);
@@ -47,7 +48,7 @@ fn start_in(folder: &Path, args: &[&str]) -> Option<(Bench, Browser)> {
     Some((Bench::begin(folder, args), browser))
 }
 
-/// Opens the bench as a user of its own.
+/// Opens the bench as a separate user.
 fn opens(browser: &Browser, bench: &Bench) -> Page {
     let page = browser.window();
     page.opens(&bench.url);
@@ -71,7 +72,7 @@ fn chooses_entry(page: &Page, node: &str, address: &str) {
     page.reads("entry", address);
 }
 
-/// Writes an entry, which the node takes.
+/// Writes an entry, and the node accepts it.
 #[track_caller]
 fn writes(page: &Page, node: &str, address: &str, value: &str, read: &str) {
     chooses_entry(page, node, address);
@@ -89,7 +90,7 @@ fn the_faulty_node_is_found_and_says_why() {
     for (node, name) in [(5, "feeder"), (6, "cutter"), (7, "io"), (8, "encoder")] {
         page.reads(&format!("node-{node}"), name);
     }
-    // Something holds the feeder's shaft half a second after it has set off.
+    // The feeder's shaft is blocked half a second after it has set off.
     takes_control(&page);
     page.clicks("tab-drives");
     page.clicks("drive-5-enable");
@@ -102,7 +103,7 @@ fn the_faulty_node_is_found_and_says_why() {
     page.clicks("node-5");
     page.reads("faults", "shaft");
     picture(&page, "nodes.png");
-    // From the fault to what was before it.
+    // From the fault to the frames before it.
     page.clicks("fault-row");
     page.reads("trace", "EMCY");
     is_in_order(&page, &bench);
@@ -128,14 +129,14 @@ fn a_value_is_refused_in_words_then_accepted_and_restored() {
     picture(&page, "objects.png");
     writes(&page, "5", "2410:01", "120", "120");
 
-    // The encoder's parameters are kept in a file, changed, and put back.
+    // The encoder's parameters are saved in a file, changed, and restored.
     let kept = folder("bench-files");
     page.keeps_files_in(&kept);
     page.chooses("pick-node", "5");
     page.clicks("backup");
     page.reads("jobs", "backup of node 5");
     let file = loop {
-        // The browser gives it its name when it has all of it.
+        // The browser gives the file this name when it is complete.
         match common::files(&kept).into_iter().find(|name| name.ends_with(".dcf")) {
             Some(name) => break kept.join(name),
             None => page.until("true"),
@@ -152,7 +153,7 @@ fn a_value_is_refused_in_words_then_accepted_and_restored() {
     is_in_order(&page, &bench);
 }
 
-/// Adds an object to the mapping that is edited.
+/// Adds an object to the mapping in the editor.
 #[track_caller]
 fn adds(page: &Page, address: &str) {
     page.types("pdo-search", address);
@@ -212,7 +213,7 @@ fn a_travel_is_plotted_and_stopped() {
     page.presses("Escape");
     page.until("document.querySelector('[data-test=stop-answer].answered')");
     page.part("drive-6-ending");
-    // It stands: what is read again a second later is the same.
+    // It stands: its position is the same a second later.
     let position = "document.querySelector('[data-test=drive-6-position]').innerText";
     page.until(&format!("{position} === await new Promise(done => setTimeout(() => done({position}), 1000))"));
     page.clicks("tab-plots");
@@ -237,7 +238,7 @@ fn two_browsers_see_the_same_and_a_lost_page_stops_what_it_started() {
     let runs = "parseFloat(document.querySelector('[data-test=drive-6-velocity]').innerText) > 0";
     one.until(runs);
     other.until(runs);
-    // Reloaded, a page is another one, since what it showed is gone; but its browser's tab still has the token.
+    // A reloaded page is a new client, because its content is gone; the browser's tab still has the token.
     one.closes();
     other.reads("clients", "only this page");
     other.until(&format!("!({runs})"));
@@ -245,7 +246,7 @@ fn two_browsers_see_the_same_and_a_lost_page_stops_what_it_started() {
     other.reloads();
     other.reads("connection", "connected");
 
-    // A page that hangs is as good as lost, though its browser runs.
+    // A page that hangs is treated as lost, though its browser runs.
     let hanging = opens(&browser, &bench);
     takes_control(&hanging);
     hanging.hangs();
@@ -260,12 +261,12 @@ fn who_has_no_token_or_comes_from_elsewhere_is_not_let_in() {
     let Some((bench, browser)) = start("bench-403", &["--demo"]) else { return };
     let token = bench.token();
     let page = browser.window();
-    // By hand, without the token: the page says what to do.
+    // Opened by hand, without the token: the page says what to do.
     page.opens(bench.origin());
     page.reads("lost", "Open the address that");
     page.opens(&format!("{}/?token=0{token}", bench.origin()));
     assert!(page.text().contains("open the address that lexican bench printed"), "{}", page.text());
-    // A page of somebody else who has come to know the token.
+    // A page of another site that knows the token.
     let socket = format!("{}/ws", bench.origin().replace("http", "ws"));
     let attempt = format!(
         "new Promise(done => {{ const socket = new WebSocket({}, ['lexican-bench', {}]);
@@ -293,7 +294,7 @@ fn the_page_is_read_in_the_dark_and_in_german() {
     assert_ne!(page.value(background), light);
     page.reads("tab-drives", "Antriebe");
     page.until("document.documentElement.lang === 'de'");
-    // A choice by hand counts from then on.
+    // From now on, the language chosen by hand counts.
     page.clicks("language");
     page.reads("tab-drives", "Drives");
     page.reloads();
@@ -323,7 +324,7 @@ fn a_device_gets_its_node_id_and_its_data_sheet() {
     page.reads("jobs", "is node 9");
     page.clicks("node-9");
     page.reads("node-details", "0x0000002A");
-    // Nobody but that node is left.
+    // Only that node is left on the bus.
     page.types("lss-node", "10");
     page.clicks("lss-assign");
     page.reads("jobs", "no device without node-ID answers");
@@ -342,7 +343,7 @@ fn a_device_gets_its_node_id_and_its_data_sheet() {
     is_in_order(&page, &bench);
 }
 
-/// What `lexican monitor` says of the log, in the same order.
+/// The output of `lexican monitor` for the log, in the same order.
 fn said(folder: &Path, args: &[&str]) -> Vec<(f64, [String; 4])> {
     let run = lexican_in(folder, &[&["monitor", "--bus", "log:bus.log", "--json"], args].concat());
     let lines = run.stdout.lines().map(|line| serde_json::from_str::<Json>(line).unwrap());
@@ -354,12 +355,12 @@ fn said(folder: &Path, args: &[&str]) -> Vec<(f64, [String; 4])> {
     lines.filter(|line| line.get("event").is_none()).map(line).collect()
 }
 
-/// The page comes to show these rows, and no others: it asks again until the bench has gone through its frames.
+/// Waits until the page shows exactly these rows: it asks again until the bench has filtered all frames.
 #[track_caller]
 fn shows(page: &Page, said: &[(f64, [String; 4])]) {
     assert!((1..30).contains(&said.len()), "all of them are in sight at once: {}", said.len());
     let rows: Vec<_> = said.iter().map(|(_, row)| row).collect();
-    // Without number and time, which are the bench's own.
+    // Without number and time, which only the bench has.
     let shown = "[...document.querySelectorAll('[data-test^=row-]')].map(row => [...row.children].slice(2).map(cell => cell.textContent))";
     page.until(&format!("JSON.stringify({shown}) === {}", json!(json!(rows).to_string())));
 }
@@ -395,13 +396,13 @@ fn a_log_is_played_and_its_rows_are_those_of_the_monitor() {
     let heard: Vec<_> = heartbeats.iter().filter(|(time, _)| time - began <= position).cloned().collect();
     assert!(!heard.is_empty() && heard.len() < heartbeats.len(), "{} at {position}", heard.len());
     shows(&page, &heard);
-    // From there to the end, where it stands.
+    // Plays from there to the end, and stops.
     page.clicks("log-play");
     page.until(&format!("{slider}.value === {slider}.max"));
     page.reads("log-play", "Play");
     shows(&page, &heartbeats);
 
-    // A log takes nothing that changes a bus, but another data sheet, by which its frames are read anew.
+    // A log refuses requests that change a bus, but accepts another data sheet, by which its frames are decoded anew.
     page.clicks("filter-heartbeat");
     page.clicks("filter-sdo");
     page.clicks("tab-nodes");
@@ -416,7 +417,7 @@ fn a_log_is_played_and_its_rows_are_those_of_the_monitor() {
     is_in_order(&page, &bench);
 }
 
-/// Between the moment when a tab is left and the next frames, what was scrolled or resized there still has events to come.
+/// When a tab is left, events of scrolling and resizing may still come until the next frame.
 #[test]
 fn tabs_that_are_left_while_they_are_scrolled_and_resized_raise_no_error() {
     let Some((bench, browser)) = start("bench-tabs", &["--demo"]) else { return };

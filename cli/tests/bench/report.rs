@@ -9,11 +9,12 @@ use serde_json::json;
 use crate::browser::{Browser, Page};
 use crate::common::{folder, lexican_in};
 
-/// The cases that notice.
+/// The cases that fail.
 const FAILED: &str = "306-1/6.5.2/2";
 const KNOWN: &str = "306-1/6.5.2/8";
 
-/// Of a device with a value that is not that of its data sheet, as is known of one case. Its name is no HTML.
+/// A report about a device with a value that differs from its data sheet, one failure of which is known. Its name needs
+/// escaping in HTML.
 fn report(folder: &Path) {
     let sheet = include_str!("../sensor.eds");
     let (name, samples) = ("ProductName=Sensor", "DefaultValue=5");
@@ -30,7 +31,7 @@ fn report(folder: &Path) {
     assert_eq!(lexican_in(folder, &[&device[..], &["--report", "report.html"]].concat()).code, Some(1));
 }
 
-/// The report after its script has run. Nothing is said on its console, and nothing is loaded besides it.
+/// The report after its script has run. The console must be empty, and nothing else loaded.
 #[track_caller]
 fn opens(browser: &Browser, folder: &Path, fragment: &str) -> Report {
     let window = browser.window();
@@ -70,7 +71,7 @@ impl Report {
     }
 }
 
-/// Does what a user does, one thing after the other, and notes what the address says then.
+/// Does what a user does, step by step, and records the address after each step.
 const USER: &str = r##"(async () => {
   const said = [];
   const then = async () => { await new Promise(done => setTimeout(done, 50)); said.push(decodeURIComponent(location.hash)); };
@@ -120,7 +121,7 @@ fn a_report_is_filtered_by_its_address_and_by_hand() {
     assert!(toggles.shown().contains(&"301/7.2.4.3.7/2") && toggles.shown().len() < 10, "{:?}", toggles.shown());
     let chapter = opens(&browser, &folder, "chapter=301/7.2.4");
     assert!(chapter.shown().len() > 20 && chapter.shown().iter().all(|id| id.starts_with("301/7.2.4.")));
-    // A chapter of the plan, which the list does not offer.
+    // A chapter of the plan, which is not in the list.
     let plan = opens(&browser, &folder, "chapter=8&verdict=not%20allowed");
     assert!(plan.shown().contains(&"301/7.5.2.13/1"), "{:?}", plan.shown());
     assert_eq!(opens(&browser, &folder, "text=%3Cnothing%3E").shown(), [""; 0]);

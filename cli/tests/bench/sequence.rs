@@ -186,7 +186,7 @@ fn a_sequence_is_played_on_the_link_of_the_bench_and_a_stop_ends_it() {
     page.until(|view| view["nodes"][1]["boots"].as_u64() == Some(boot_ups + 1));
     assert_eq!(page.view["kept"]["filters"][0][1]["nodes"], "6");
     assert_eq!(page.asks(json!({ "do": "nmt", "node": 6, "command": "start" }))["answer"], "done");
-    // A stop cuts a travel, and what would come after it.
+    // A stop ends a travel, and the lines after it are not run.
     let text = "drive cutter run 2000 --enable --for 10min\ndrive feeder move-to 0 mm --enable\n";
     let playing = page.gives(json!({ "do": "play-sequence", "name": "b.seq", "text": text }));
     page.until(|view| view["drives"][1]["velocity"].as_f64() > Some(1000.0));

@@ -23,7 +23,7 @@ fn title(text: &str) -> Option<&str> {
     Some(text.split_once("┌ ")?.1.split_once(" ─")?.0)
 }
 
-/// Goes down to the row whose detail has this title.
+/// Goes down to the row with this title in its details.
 #[track_caller]
 fn go_down_to(screen: &mut impl Screen, wanted: &str) {
     let mut text = screen.wait_for(|text| title(text).is_some());
@@ -34,21 +34,21 @@ fn go_down_to(screen: &mut impl Screen, wanted: &str) {
     }
 }
 
-/// Looks after the demo plant, whose files come into `folder`, and leaves.
+/// Works with the demo plant, whose files are stored in `folder`, and leaves.
 fn look_after(screen: &mut impl Screen, folder: &Path) {
     let backup = folder.join("node-5.dcf");
     screen.wait_for(|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
 
-    // What is pasted presses no keys, and a click selects a tab.
+    // Pasted text presses no keys, and a click selects a tab.
     screen.press("\u{1b}[200~q\u{1b}[201~");
     screen.press("\u{1b}[<0;14;1M");
     shows(screen, "[2 Objects]");
 
-    // Who is faulty, and why.
+    // The faulty node, and why.
     screen.press("7");
     shows(screen, "node 7 is silent");
 
-    // A limit refuses in words, then lets through. Nothing is written without the control.
+    // A limit refuses a value in words, and can be overridden. Without control, nothing is written.
     screen.press("1\r");
     shows(screen, "1000:00");
     screen.press("/v-pos\r");
@@ -62,7 +62,7 @@ fn look_after(screen: &mut impl Screen, folder: &Path) {
     screen.press("\r60\r");
     shows(screen, "2410:05 = 60");
 
-    // A backup brings the value back.
+    // A backup restores the value.
     screen.press("b");
     shows(screen, "node-5.dcf");
     screen.wait_for(|_| backup.exists());
@@ -73,7 +73,7 @@ fn look_after(screen: &mut impl Screen, folder: &Path) {
         text.contains("v-Pos") && text.lines().any(|line| line.starts_with("▸2410:05") && line.contains(" 60 "))
     });
 
-    // A PDO that is too long is objected to before anything is written.
+    // The bench objects to a PDO that is too long before anything is written.
     screen.press("]3");
     shows(screen, "TPDO1");
     go_down_to(screen, "TPDO1");
@@ -130,7 +130,7 @@ fn a_plant_is_looked_after_in_tmux() {
 fn a_terminal_that_is_closed_stops_what_it_has_started() {
     let folder = folder("bench-closed");
     let mut drive = Simulation::begin(&folder, &["kollmorgen/akd", "--node", "6"]);
-    // Its terminal is the one that is closed, as that of a shell is.
+    // Its controlling terminal is the one that is closed, as for a shell.
     let mut command = Command::new("setsid");
     command.args(["--ctty", env!("CARGO_BIN_EXE_lexican"), "bench", "--tui", "--bus", &drive.buses[0]]);
     let mut screen = Terminal::of(&mut command);

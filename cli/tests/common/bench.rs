@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// A bench that serves its page, and ends with the test.
+/// A running bench that serves its page, ended with the test.
 pub(crate) struct Bench {
     process: Child,
     /// The address that it has printed.
@@ -13,12 +13,12 @@ pub(crate) struct Bench {
 
 #[allow(dead_code, reason = "not every test needs all")]
 impl Bench {
-    /// Starts one in a folder that opens no browser.
+    /// Starts a bench in a folder, without opening a browser.
     pub(crate) fn begin(folder: &Path, args: &[&str]) -> Self {
         Bench::begin_with(folder, &[&["--no-open"], args].concat(), &[])
     }
 
-    /// Starts one in a folder and an environment.
+    /// Starts a bench in a folder and with an environment.
     pub(crate) fn begin_with(folder: &Path, args: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut process = Command::new("timeout")
             // It ends even if the test is killed.
@@ -54,7 +54,7 @@ impl Bench {
         self.process.wait().unwrap().code()
     }
 
-    /// The same twice, the second time until it has ended: the first one may not have been heard yet.
+    /// As [`Bench::interrupt`], and repeated until it has ended, because the first signal may have come too early.
     pub(crate) fn interrupt_twice(mut self) -> Option<i32> {
         loop {
             self.terminate();
@@ -64,7 +64,7 @@ impl Bench {
         }
     }
 
-    /// `timeout` hands it on, in the foreground once only; a signal that cannot be caught would leave the bench behind.
+    /// `timeout` passes the signal on, in the foreground only once. SIGKILL would leave the bench behind.
     fn terminate(&self) {
         let _ = Command::new("kill").args(["-TERM", &self.process.id().to_string()]).status();
     }

@@ -14,25 +14,25 @@ use tungstenite::{Message, WebSocket, client};
 /// The names of the program.
 pub(crate) const NAMES: [&str; 3] = ["chromium-headless-shell", "chromium", "google-chrome"];
 
-/// The one of [`NAMES`] that there is.
+/// The first of [`NAMES`] that is installed.
 pub(crate) fn chromium() -> Option<&'static str> {
     let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|run| run.status.success());
     NAMES.into_iter().find(runs)
 }
 
-/// A running Chromium, which ends with the test.
+/// A running Chromium, ended with the test.
 pub(crate) struct Browser {
     process: Child,
     talk: Rc<RefCell<Talk>>,
 }
 
 impl Browser {
-    /// Starts one whose files are in a folder; `None` where there is no Chromium.
+    /// Starts Chromium with its files in a folder; `None` if it is not installed.
     pub(crate) fn start(folder: &Path) -> Option<Self> {
         let mut process = Command::new("timeout")
             // It ends even if the test is killed.
             .args(["600", chromium()?, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"])
-            // The page is drawn where there is no screen as on one; nothing of the browser itself is loaded.
+            // Draw as on a screen, and load nothing that belongs to the browser itself.
             .args(["--window-size=1280,900", "--force-color-profile=srgb", "--hide-scrollbars", "--no-first-run"])
             .arg(format!("--user-data-dir={}", folder.join("profile").display()))
             .stderr(Stdio::piped())
@@ -40,7 +40,7 @@ impl Browser {
             .unwrap();
         let mut lines = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
         let address = lines.find_map(|line| Some(line.strip_prefix("DevTools listening on ")?.to_owned())).unwrap();
-        // What it says later is read, so that it never waits for it.
+        // Read its further output, so that it never waits for its reader.
         std::thread::spawn(move || lines.for_each(drop));
         let place = address.strip_prefix("ws://").and_then(|address| address.split('/').next()).unwrap();
         let (socket, _) = client(&address, TcpStream::connect(place).unwrap()).unwrap();
@@ -48,7 +48,7 @@ impl Browser {
         Some(Browser { process, talk: Rc::new(RefCell::new(talk)) })
     }
 
-    /// A window of a user of its own: what one keeps, another does not see.
+    /// A window of a separate user, who does not share storage with others.
     pub(crate) fn window(&self) -> Page {
         let mut talk = self.talk.borrow_mut();
         let user = talk.ask(None, "Target.createBrowserContext", json!({}))["browserContextId"].clone();
@@ -67,7 +67,7 @@ impl Browser {
 
 #[allow(dead_code, reason = "the tests do not measure it")]
 impl Browser {
-    /// The process that all of it has come from.
+    /// The process that has started all others.
     pub(crate) fn process(&self) -> u32 {
         self.process.id()
     }
@@ -75,7 +75,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // Its children end with it, but not by a signal to `timeout` alone that cannot be caught.
+        // This ends its children, too; SIGKILL for `timeout` would not.
         let _ = self.talk.borrow_mut().send(None, "Browser.close", json!({}));
         let _ = self.process.wait();
     }
@@ -150,14 +150,14 @@ impl Page {
         }
     }
 
-    /// The parameters of the events of a kind that have come so far.
+    /// The parameters of all events of a kind so far.
     fn events(&self, method: &str) -> Vec<Json> {
         let talk = self.talk.borrow();
         let mine = talk.events.iter().filter(|event| event["sessionId"] == self.session.as_str());
         mine.filter(|event| event["method"] == method).map(|event| event["params"].clone()).collect()
     }
 
-    /// Goes to an address, and waits until it is loaded.
+    /// Opens an address, and waits until the page is loaded.
     #[track_caller]
     pub(crate) fn opens(&self, address: &str) {
         let answer = self.ask("Page.navigate", json!({ "url": address }));
@@ -165,7 +165,7 @@ impl Page {
         self.event("Page.loadEventFired");
     }
 
-    /// Waits until another page, to which this one leads by itself, is loaded.
+    /// Waits until the page to which this one redirects is loaded.
     pub(crate) fn is_led_on(&self) {
         self.event("Page.loadEventFired");
     }
@@ -176,7 +176,7 @@ impl Page {
         self.event("Page.loadEventFired");
     }
 
-    /// The value of a JavaScript expression; a promise is waited for.
+    /// The value of a JavaScript expression; waits for a promise.
     #[track_caller]
     pub(crate) fn value(&self, expression: &str) -> Json {
         let params = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
@@ -185,7 +185,7 @@ impl Page {
         answer["result"]["value"].take()
     }
 
-    /// All that is read on the page, in one line.
+    /// The whole text of the page, in one line.
     pub(crate) fn text(&self) -> String {
         let params = json!({ "expression": "document.body.innerText", "returnByValue": true });
         let text = self.ask("Runtime.evaluate", params)["result"]["value"].take();
@@ -198,7 +198,7 @@ impl Page {
         self.first(expression);
     }
 
-    /// The first value of an expression that is as good as true.
+    /// Waits until an expression is truthy; returns its value.
     #[track_caller]
     fn first(&self, expression: &str) -> Json {
         const PATIENCE_MS: u32 = 30_000;
@@ -214,23 +214,23 @@ impl Page {
         found
     }
 
-    /// Waits until a part of the page (`data-test`) reads so.
+    /// Waits until a part of the page (`data-test`) has this text.
     #[track_caller]
     pub(crate) fn reads(&self, part: &str, text: &str) {
         self.until(&format!("{}?.innerText.includes({})", one(part), json!(text)));
     }
 
-    /// Waits for a part, and returns what it reads.
+    /// Waits for a part, and returns its text.
     #[track_caller]
     pub(crate) fn part(&self, part: &str) -> String {
         self.first(&format!("{}?.innerText", one(part))).as_str().unwrap_or_default().to_owned()
     }
 
-    /// Clicks the middle of a part, once it can be clicked; again if the part has moved away meanwhile.
+    /// Clicks the middle of a part once that is possible, and again if the part has moved meanwhile.
     #[track_caller]
     pub(crate) fn clicks(&self, part: &str) {
         let element = one(part);
-        // The element is asked for once more after it was brought into sight: the page may have made another one.
+        // Query the element again after scrolling to it: the page may have replaced it.
         let place = format!(
             "await (async () => {{
             {element}?.scrollIntoView({{ block: 'center', behavior: 'instant' }});
@@ -257,7 +257,7 @@ impl Page {
         }
     }
 
-    /// Types a text into a part, in place of what is there.
+    /// Types a text into a part, replacing its content.
     #[track_caller]
     pub(crate) fn types(&self, part: &str, text: &str) {
         let element = one(part);
@@ -265,7 +265,7 @@ impl Page {
         self.ask("Input.insertText", json!({ "text": text }));
     }
 
-    /// Chooses an option, by what it reads.
+    /// Chooses an option by its text.
     #[track_caller]
     pub(crate) fn chooses(&self, part: &str, option: &str) {
         let (element, option) = (one(part), json!(option));
@@ -279,7 +279,7 @@ impl Page {
         ));
     }
 
-    /// Gives a file to a part that asks for one.
+    /// Selects a file in a file input.
     #[track_caller]
     pub(crate) fn gives(&self, part: &str, file: &Path) {
         let element = one(part);
@@ -308,13 +308,13 @@ impl Page {
         }
     }
 
-    /// Lets files that the page hands out come into a folder.
+    /// Downloads files of the page into a folder.
     pub(crate) fn keeps_files_in(&self, folder: &Path) {
         let params = json!({ "behavior": "allow", "downloadPath": folder, "eventsEnabled": false });
         self.ask("Page.setDownloadBehavior", params);
     }
 
-    /// Looks at the page in another way: `("prefers-color-scheme", "dark")`.
+    /// Sets a preference of the user: `("prefers-color-scheme", "dark")`.
     pub(crate) fn prefers(&self, feature: &str, value: &str) {
         self.ask("Emulation.setEmulatedMedia", json!({ "features": [{ "name": feature, "value": value }] }));
     }
@@ -325,7 +325,7 @@ impl Page {
         BASE64.decode(answer["data"].as_str().unwrap().as_bytes()).unwrap()
     }
 
-    /// What the page and the browser have said on the console so far, and exceptions of scripts.
+    /// All messages on the console so far, and exceptions of scripts.
     pub(crate) fn said(&self) -> Vec<String> {
         self.value("0");
         let console = self.events("Runtime.consoleAPICalled").into_iter().map(|event| event["args"].to_string());
@@ -335,7 +335,7 @@ impl Page {
         console.chain(thrown).chain(logged).collect()
     }
 
-    /// The addresses that were asked for so far.
+    /// The addresses requested so far.
     pub(crate) fn requests(&self) -> Vec<String> {
         self.value("0");
         let requests = self.events("Network.requestWillBeSent");
@@ -345,7 +345,7 @@ impl Page {
         requests.map(|url| url.as_str().unwrap_or_default().to_owned()).collect()
     }
 
-    /// The parts of the page that can be used and have no name for those who do not see them.
+    /// The controls on the page without an accessible name.
     pub(crate) fn nameless(&self) -> Vec<String> {
         let tree = self.ask("Accessibility.getFullAXTree", json!({}));
         let nodes = tree["nodes"].as_array().unwrap().iter().filter(|node| node["ignored"] != true);
@@ -369,12 +369,12 @@ impl Page {
         nameless.map(|node| format!("{} {}", node["role"]["value"], node["properties"])).collect()
     }
 
-    /// Closes the window, as somebody does who goes away.
+    /// Closes the window, as a user who leaves.
     pub(crate) fn closes(self) {
         self.talk.borrow_mut().ask(None, "Target.closeTarget", json!({ "targetId": self.target }));
     }
 
-    /// Lets the page's script run for ever: the browser lives, the page does not.
+    /// Blocks the page's script for ever: the browser lives, but the page does not.
     pub(crate) fn hangs(&self) {
         let params = json!({ "expression": "for (;;) {}" });
         self.talk.borrow_mut().send(Some(&self.session), "Runtime.evaluate", params).unwrap();

@@ -15,13 +15,13 @@ pub(crate) struct Run {
 
 #[allow(dead_code, reason = "not every test needs both")]
 impl Run {
-    /// The exit code is this, and stdout has the text.
+    /// Checks the exit code, and that stdout contains the text.
     #[track_caller]
     pub(crate) fn on_stdout(&self, code: i32, text: &str) {
         assert!(self.code == Some(code) && self.stdout.contains(text), "no {text:?} and exit code {code}: {self}");
     }
 
-    /// The exit code is this, and stderr has the text.
+    /// Checks the exit code, and that stderr contains the text.
     #[track_caller]
     pub(crate) fn on_stderr(&self, code: i32, text: &str) {
         assert!(self.code == Some(code) && self.stderr.contains(text), "no {text:?} and exit code {code}: {self}");

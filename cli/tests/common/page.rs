@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-/// Follows a page, and compares each block of language `text` with what the block before it prints; `LEXICAN_BLESS=1` writes
-/// those anew that differ. What differs from run to run is made alike by `alike`. `act` gets the language and the text of
-/// each line of the other blocks, and returns what the line prints.
+/// Follows a page, and compares each block of language `text` with the output of the block before it; `LEXICAN_BLESS=1`
+/// writes those that differ. `alike` removes differences between runs. `act` gets the language and the text of each
+/// line of the other blocks, and returns its output.
 pub(crate) fn follow(
     path: &Path,
     test: &str,

@@ -24,7 +24,7 @@ feeder.settings = { 1017 = 'raw:100' }
 cutter.settings = { 1017 = 100 }
 ";
 
-/// A second of two drives that are asked who they are, and started; then what nobody understands.
+/// Records a second with two drives that are identified and started, and then a frame without meaning.
 pub(crate) fn record(path: &Path) {
     let plant = Plant::parse(MACHINE, "machine.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);

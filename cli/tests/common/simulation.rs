@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::common::{Run, lexican};
 
-/// A running `lexican simulate`, which ends with the test.
+/// A running `lexican simulate`, ended with the test.
 pub(crate) struct Simulation {
     process: Child,
     pub(crate) stdin: ChildStdin,
@@ -19,7 +19,7 @@ pub(crate) struct Simulation {
 
 #[allow(dead_code, reason = "not every test needs all")]
 impl Simulation {
-    /// Begins one in a folder, and waits until it serves and has booted.
+    /// Begins a simulation in a folder, and waits until its device has booted.
     pub(crate) fn begin(folder: &Path, args: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
             // It ends even if the test is killed.
@@ -41,7 +41,7 @@ impl Simulation {
         simulation
     }
 
-    /// The next event of this kind; the others are passed over.
+    /// The next event of this kind; skips others.
     #[track_caller]
     pub(crate) fn until(&mut self, event: &str) -> Value {
         let mut before = String::new();
@@ -55,14 +55,14 @@ impl Simulation {
         }
     }
 
-    /// Types a line, and returns what is answered.
+    /// Types a line, and returns the answer.
     #[track_caller]
     pub(crate) fn asks(&mut self, line: &str, event: &str) -> Value {
         writeln!(self.stdin, "{line}").unwrap();
         self.until(event)
     }
 
-    /// Names its terminals as no other simulation does: the number of one that has gone is given to the next, and a command
+    /// Gives its terminals names that no other simulation has. The number of a closed terminal is reused, so a command
     /// that waits for its bus to come back would go on with the drive of another test.
     pub(crate) fn on_terminals_of_its_own(mut self, folder: &Path) -> Self {
         for bus in &mut self.buses {
@@ -74,7 +74,7 @@ impl Simulation {
         self
     }
 
-    /// Ends it, and its terminals are gone.
+    /// Ends the simulation, and removes its terminals.
     pub(crate) fn vanish(&mut self) {
         for link in self.buses.iter().filter_map(|bus| bus.strip_prefix("slcan:")) {
             std::fs::remove_file(link).unwrap();
@@ -88,13 +88,13 @@ impl Simulation {
         lexican(&[&command, args].concat())
     }
 
-    /// The same, which succeeds and says some words.
+    /// Runs another command, which must succeed and print some words.
     #[track_caller]
     pub(crate) fn check(&self, command: &str, args: &[&str], words: &str) {
         self.run(command, args).on_stdout(0, words);
     }
 
-    /// Presses Ctrl-C, and returns the last words and the exit code.
+    /// Presses Ctrl-C, and returns the last line and the exit code.
     pub(crate) fn interrupt(mut self) -> (Value, Option<i32>) {
         let pid = self.process.id().to_string();
         assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
@@ -110,8 +110,8 @@ impl Drop for Simulation {
     }
 }
 
-/// The lines of a process, read as they come: one whose pipe is full waits, and the device with it. A search by LSS alone
-/// fills most of a pipe.
+/// Reads the lines of a process as they come: if its pipe were full, the process would wait, and the device with it. A
+/// search by LSS alone fills most of a pipe.
 pub(crate) fn lines(stdout: ChildStdout) -> Receiver<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {

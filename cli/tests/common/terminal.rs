@@ -22,18 +22,18 @@ use vt100::Parser;
 const ROWS: NonZero<u16> = NonZero::new(40).unwrap();
 const COLUMNS: NonZero<u16> = NonZero::new(140).unwrap();
 
-/// How long a screen may take: the machine may be busy.
+/// How long a screen may take on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What shows a screen and has keys.
+/// Something with a screen and keys.
 pub(crate) trait Screen {
-    /// What it shows.
+    /// The text on the screen.
     fn text(&self) -> String;
 
     /// Presses keys: the bytes that a terminal sends for them.
     fn press(&mut self, keys: &str);
 
-    /// Waits until it shows what is wanted; returns it.
+    /// Waits until the screen satisfies `what`; returns its text.
     #[track_caller]
     fn wait_for(&mut self, what: impl Fn(&str) -> bool) -> String {
         let begun = Instant::now();
@@ -66,7 +66,7 @@ impl Terminal {
 
     /// Runs a command.
     pub(crate) fn of(command: &mut Command) -> Self {
-        // No process that another test starts may have it: it could not be closed.
+        // No process of another test may inherit the descriptor, or it could not be closed.
         let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
         let master = posix_openpt(flags).expect("a pseudo-terminal");
         grantpt(&master).and_then(|()| unlockpt(&master)).expect("it is ours");
@@ -85,7 +85,7 @@ impl Terminal {
             .stderr(end())
             .spawn()
             .expect("the command is there");
-        // It keeps its ends for the next process that it starts, and the terminal would never be left by all.
+        // The builder keeps its descriptors for its next process, which would keep the terminal open.
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         let mut output = master.try_clone().expect("a descriptor");
         let screen = Arc::new(Mutex::new(Parser::new(ROWS, COLUMNS, 0)));
@@ -133,7 +133,7 @@ impl Terminal {
     #[track_caller]
     pub(crate) fn end(mut self) -> (Option<i32>, String) {
         let code = self.wait();
-        // Its last output may still be on the way: the reader ends behind it.
+        // Its last output may still be in the pipe: the reader ends after it.
         let begun = Instant::now();
         while self.reader.as_ref().is_some_and(|reader| !reader.is_finished()) {
             assert!(begun.elapsed() < PATIENCE, "a process has the terminal:\n{}", self.text());

@@ -5,18 +5,19 @@ use std::process::{Command, Output};
 
 use crate::terminal::Screen;
 
-/// A server of tmux of its own, with the command in its only window.
+/// A separate tmux server, with the command in its only window.
 pub(crate) struct Tmux {
     socket: String,
 }
 
 impl Tmux {
-    /// Runs the command with these arguments; `None` where there is no tmux.
+    /// Runs the command with these arguments; `None` if tmux is not installed.
     pub(crate) fn run(folder: &Path, args: &[&str]) -> Option<Self> {
         Command::new("tmux").arg("-V").output().ok()?;
         let tmux = Tmux { socket: folder.join("tmux.socket").display().to_string() };
         let folder = folder.display().to_string();
-        // The shell stays, so that the screen does: its status is known to tmux at some time or never.
+        // The shell keeps running, so that the screen remains. It prints the exit code, because tmux may learn of that
+        // late or never.
         let shell = ["sh", "-c", "\"$0\" \"$@\"; echo \"ended with $?\"; exec sleep 600"];
         let begin = ["new-session", "-d", "-x", "140", "-y", "40", "-c", &folder];
         let output = tmux.tmux(&[&begin, &shell[..], &[env!("CARGO_BIN_EXE_lexican")], args].concat());
