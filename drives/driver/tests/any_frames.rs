@@ -30,7 +30,7 @@ static INCHING: Description = Description {
     ..Description::CIA_402
 };
 
-/// Every order to a drive of CiA 402, each on its own: an error ends only what it belongs to.
+/// Every operation of a CiA 402 drive, each by itself: an error ends only its own operation.
 async fn everything(context: &DriveContext) {
     let within = Duration::from_secs(5);
     let _ = sequence::identify(context).await;
@@ -64,7 +64,7 @@ async fn everything(context: &DriveContext) {
     let _ = sequence::recover(context, &Recovery::within(within), context.seen()).await;
 }
 
-/// Runs a sequence on these frames, as fast as they come, and then in silence; whether it ends.
+/// Runs a sequence on these frames, as fast as they come, and then in silence. Returns whether it ends.
 fn ends(description: &'static Description, frames: &[(Frame, u64)]) -> bool {
     let mut session = Session::new(NODE, description);
     let context = session.context();
@@ -95,8 +95,8 @@ fn step<F: Future>(session: &mut Session, now: Instant, sequence: Pin<&mut F>) -
     polled
 }
 
-/// Frames that mean something to the session, mostly; among them status words of every state, and answers to what it
-/// asks.
+/// Frames that mostly have a meaning for the session, including status words of every state and answers to its
+/// requests.
 fn frame() -> impl Strategy<Value = (Frame, u64)> {
     let id = prop_oneof![Just(0x085_u16), Just(0x185), Just(0x385), Just(0x585), Just(0x705), 0_u16..0x800];
     let any_frame = (id, proptest::collection::vec(any::<u8>(), 0..=8));
@@ -133,8 +133,8 @@ proptest! {
     }
 }
 
-/// Runs a sequence on a node that answers everything, by these values in turn: reads with them, writes with an abort
-/// for every seventh one; whether it ends.
+/// Runs a sequence on a node that answers everything with these values in turn: reads with them, and every seventh
+/// write with an abort. Returns whether it ends.
 fn ends_on_answers(description: &'static Description, values: &[u32]) -> bool {
     let mut session = Session::new(NODE, description);
     let context = session.context();
@@ -169,7 +169,7 @@ fn ends_on_answers(description: &'static Description, values: &[u32]) -> bool {
     false
 }
 
-/// Small numbers, extreme ones, and status words, those of a drive that is enabled most of all.
+/// Small numbers, extreme ones, and status words, mostly of an enabled drive.
 fn value() -> impl Strategy<Value = u32> {
     let status = any::<u32>().prop_map(|word| word & !0x6F | 0x27);
     prop_oneof![4 => status, 2 => 0_u32..4, 1 => Just(i32::MIN as u32), 1 => Just(i32::MAX as u32), 1 => any::<u32>()]

@@ -114,7 +114,7 @@ fn it_homes_by_every_method() {
     assert!(matches!(failed, HomingOutcome::Failed { .. }), "no switch: {failed:?}");
 }
 
-/// Its encoder of one turn does not keep its reference without power.
+/// Its single-turn encoder does not keep the reference without power.
 #[test]
 fn it_says_whether_it_is_referenced() {
     let mut rig = Rig::by_pdo();
@@ -166,7 +166,7 @@ fn inputs_latch_positions() {
         let level = |rig: &Rig, level| rig.set(|inputs| inputs.probes[usize::from(input) - 1] = level);
         rig.drive.enable().unwrap();
         rig.drive.move_to(2000).unwrap();
-        // Nothing is armed.
+        // No latch is armed.
         [true, false].into_iter().for_each(|on| level(&rig, on));
         rig.drive.move_to(3000).unwrap();
         for trigger in [Trigger::Rising(input), Trigger::Falling(input)] {
@@ -188,7 +188,7 @@ fn inputs_latch_positions() {
     }
 }
 
-/// 6.2.2.3 and 7.2.1.9: what the drive has to say four characters at a time, and how often it is asked.
+/// 6.2.2.3 and 7.2.1.9: the drive answers in parts of four characters; how often it is asked.
 #[test]
 fn an_answer_ends_with_an_empty_line() {
     for (shown, reads, answer) in [
@@ -270,7 +270,7 @@ fn a_moving_drive_keeps_its_mode() {
     rig.drive.start_moving_to(100_000).unwrap();
     let refused = rig.drive.calibrate(0).unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a travel is under way");
-    // A travel that others have ordered is one, too.
+    // A travel ordered by another manager counts as one, too.
     rig.drive.finish().unwrap();
     for (index, value) in [(0x607A, 200_000), (0x6040, 0x0F), (0x6040, 0x1F)] {
         rig.storage(|od| od.set_raw(Address::new(index, 0), value));
@@ -289,12 +289,12 @@ fn a_moving_drive_keeps_its_mode() {
     rig.set(|inputs| (inputs.warnings, inputs.enable) = (Causes::NONE, false));
     let refused = rig.drive.move_to(0).unwrap_err().to_string();
     assert!(refused.ends_with("; its enable input is not active"), "{refused}");
-    // There is no velocity mode of frequency converters.
+    // The velocity mode of frequency converters is not supported.
     rig.storage(|od| od.set_raw(Address::new(0x6060, 0), 2));
     rig.storage(|od| assert_eq!(od.raw(Address::new(0x6061, 0)), Some(1)));
 }
 
-/// Two of them fill a bus at 500 kbit/s while they move.
+/// Two such drives fill a bus at 500 kbit/s while they move.
 #[test]
 fn its_pdos_of_the_factory_have_no_inhibit_time() {
     let found = Rig::by_pdo().drive.unpaced_pdos().unwrap();
@@ -340,7 +340,7 @@ async fn it_travels_and_homes_on_a_network() {
     drive.disable().await.unwrap();
 }
 
-/// The names of the two kinds are those that programs use.
+/// The two kinds have the names that programs use.
 #[test]
 fn both_kinds_connect() {
     let bus = VirtualBus::with_bit_rate(500);

@@ -24,9 +24,9 @@ fn four_bytes_are_read_by_42h_and_written_by_23h_whatever_the_size() {
         ("605#4091600100000000", "585#4291600107000000"),
         ("605#2360600002000000", "585#6060600000000000"),
         ("605#4060600000000000", "585#4260600002000000"),
-        // The first character from the top: "2.00".
+        // The first character is in the highest byte: "2.00".
         ("605#400A100000000000", "585#420A100030302E32"),
-        // Too large for the object, and commands that are not in table 18.
+        // A value too large for the object, and commands that are not in table 18.
         ("605#2391600100000100", "585#8091600100000106"),
         ("605#2360600001010000", "585#8060600000000106"),
         ("605#2B91600107000000", "585#8091600100000106"),
@@ -52,7 +52,7 @@ fn each_gear_has_its_greatest_velocity() {
     }
 }
 
-/// Parameter 25 is set through the serial port and PROFIBUS, and restored through any door.
+/// Parameter 25 is set through the serial port or PROFIBUS, and restored through any interface.
 #[test]
 fn parameter_25_is_kept_without_an_object() {
     let mut rig = ag02();

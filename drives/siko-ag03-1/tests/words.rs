@@ -1,10 +1,10 @@
-//! The bits that all drives of SIKO share are those of this drive's data sheet.
+//! The bits that all drives of SIKO share agree with this drive's data sheet.
 
 use lexican_runtime::object::{BitField, BitName};
 use siko_ag03_1::od;
 use siko_ag03_1::words::{control, generic, status, system};
 
-/// The overlay names the same bits, in words close to these.
+/// Checks that the overlay names the same bits, in similar words.
 #[track_caller]
 fn check(bits: &[BitName<'_>], named: &[(u64, &str)]) {
     for &(mask, name) in named {

@@ -49,7 +49,7 @@ impl Write for Mortal<'_> {
     }
 }
 
-/// The travel goes on for a minute, or until the drive is lost with the thread.
+/// Travels for a minute, or until the drive is lost with the thread.
 fn travel_without_a_line(link: impl Link, dies: &AtomicBool) -> Result<Outcome, Error> {
     let mut drive = Drive::connect_unprotected(link, NODE)?;
     drive.enable()?;
@@ -57,7 +57,7 @@ fn travel_without_a_line(link: impl Link, dies: &AtomicBool) -> Result<Outcome, 
     drive.finish_watched(|_| dies.store(true, Ordering::Relaxed))
 }
 
-/// A machine under load may take longer than the drive's watchdog allows: then it is tried again, for a minute.
+/// A busy machine may take longer than the drive's watchdog allows; the test is then repeated, for up to a minute.
 #[test]
 fn a_drive_travels_over_a_pseudo_terminal_and_is_lost_with_the_thread_that_runs_it() {
     let (mut there, mut here) = TTYPort::pair().expect("the system has pseudo-terminals");
@@ -69,7 +69,7 @@ fn a_drive_travels_over_a_pseudo_terminal_and_is_lost_with_the_thread_that_runs_
             let slave =
                 Slave::new(NODE.get(), AG02.identity, BitRate(500_000), ProfibusDrive::new(Instant::ZERO, &AG02, 5));
             let mut slave = slave.with_idle(Duration::from_millis(2));
-            // The other end may be closed first, which ends it, too.
+            // If the other end is closed first, this ends, too.
             let _ = serial_line::serve(&mut slave, &mut there, || !is_over.load(Ordering::Relaxed));
         });
         let bus = Bus::new(SerialSegment::new(

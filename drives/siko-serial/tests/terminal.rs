@@ -1,4 +1,4 @@
-//! The client on a port of the operating system.
+//! The client on a serial port of the operating system.
 #![cfg(all(feature = "serialport", unix))]
 
 #[path = "all/serial_rig.rs"]

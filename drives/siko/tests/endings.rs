@@ -1,7 +1,7 @@
-//! Every way in which a program can end while its drive moves, and what the drive then does.
+//! Every way in which a program can end while its drive moves, and the drive's reaction.
 //!
-//! The program is this executable, started again as its own process. The simulated drive runs here, in real time in a
-//! thread, and a socket is the bus between them. The drive inches, which goes on without end unless it is stopped.
+//! The program is this executable, started again as a separate process. The simulated drive runs here, in real time in
+//! a thread, with a socket as the bus between them. The drive inches, which never ends unless it is stopped.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -20,15 +20,15 @@ use siko_ag03_1::state::State;
 
 const NODE: NodeId = NodeId::literal(5);
 const TEST: &str = "the_program";
-/// How the program is to end, and where the bus is.
+/// How the program is to end, and the address of the bus.
 const ENDING: &str = "LEXICAN_ENDING";
 const BUS: &str = "LEXICAN_BUS";
-/// What the program says when the drive moves, and its end can come.
+/// The program prints this when the drive moves, and the program may be ended.
 const MOVES: &str = "the drive moves";
-/// What no machine is too busy for.
+/// Long enough for any busy machine.
 const PATIENCE: Wall = Wall::from_secs(60);
 
-/// A bus of two: each frame is a line of candump's form.
+/// A bus of two nodes: each frame is a line in the notation of candump.
 struct Socket {
     stream: TcpStream,
     heard: Vec<u8>,
@@ -42,7 +42,7 @@ impl Socket {
         Socket { stream, heard: Vec::new(), origin: WallInstant::now() }
     }
 
-    /// The first whole line of what has been heard, as a frame.
+    /// The first complete line of the received text, as a frame.
     fn next_frame(&mut self) -> Option<Frame> {
         let end = self.heard.iter().position(|byte| *byte == b'\n')?;
         let line: Vec<u8> = self.heard.drain(..=end).collect();
@@ -64,7 +64,7 @@ impl Link for Socket {
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         match writeln!(self.stream, "{frame}") {
-            // It is not heard.
+            // Nobody receives the frame.
             Err(error) if matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => Ok(()),
             sent => Ok(sent?),
         }
@@ -111,7 +111,7 @@ fn sleep(span: Wall) {
     std::thread::sleep(span);
 }
 
-/// The program: moves the drive, and ends. Without an ending it is no test.
+/// The program: moves the drive, and ends. Without an ending in the environment, this test does nothing.
 #[test]
 fn the_program() {
     let Ok(ending) = std::env::var(ENDING) else { return };
@@ -144,25 +144,25 @@ fn run(link: Socket, ending: &str) -> Result<(), Error> {
         "exit" => std::process::exit(0),
         "abort" => std::process::abort(),
         "cable" | "SIGINT with a handler" | "SIGTERM with a handler" => drive.pass(Duration::from_secs(60))?,
-        // Something that takes its time, and has nothing to do with the drive.
+        // Some long work unrelated to the drive.
         _ => sleep(PATIENCE),
     }
     Ok(())
 }
 
-/// What becomes of a drive whose program ends.
+/// The drive's reaction when its program ends.
 #[derive(Debug, PartialEq)]
 enum Then {
-    /// It has been stopped, and keeps its torque.
+    /// It was stopped, and keeps its torque.
     Stands,
-    /// It goes on with what it was ordered.
+    /// It continues its order.
     Moves,
-    /// It has noticed, and has released its motor.
+    /// It has noticed, and released its motor.
     Released,
 }
 
-/// This executable, with SIGINT doing what it does by default: a shell has its background jobs ignore it, and they pass
-/// that on to what they start.
+/// This executable, with the default action for SIGINT: a shell lets its background jobs ignore it, and they pass this
+/// on to the processes that they start.
 fn program() -> Command {
     let this = std::env::current_exe().unwrap();
     if cfg!(target_os = "linux") {
@@ -225,12 +225,12 @@ impl Running {
         }
     }
 
-    /// What becomes of the drive, for which this is expected, and what the program has said.
+    /// The drive's reaction, of which `expected` is awaited, and the program's output.
     fn end(mut self, expected: &Then) -> (Then, String) {
         let mut said = String::new();
         self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
         self.child.wait().unwrap();
-        // Longer than a protected drive waits, if the machine has time for it.
+        // Longer than a protected drive waits, if the machine is not too busy.
         sleep(Wall::from_millis(2500));
         let mut then = self.becomes();
         let until = self.origin.elapsed() + PATIENCE;
@@ -242,7 +242,7 @@ impl Running {
     }
 }
 
-/// The drive's part, until it has no other owner: it must not wait for what the test waits for.
+/// Runs the drive until it has no other owner. It must not wait for what the test waits for.
 fn serve(mut participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>) {
     while Arc::strong_count(participant.node()) > 1 {
         let until = participant.now() + Duration::from_millis(50);
@@ -250,8 +250,8 @@ fn serve(mut participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>) {
     }
 }
 
-/// Endings of programs, by a signal or by themselves: what the drive does then, and what the program says. They run at the
-/// same time, since they mostly wait.
+/// Checks endings of programs, by a signal or by themselves: the drive's reaction, and the program's output. All run at
+/// the same time, because they mostly wait.
 fn check(endings: &[(&str, Option<&str>, Then, &[&str])]) {
     std::thread::scope(|scope| {
         for (ending, signal, then, words) in endings {
@@ -302,7 +302,7 @@ fn a_program_without_its_cable_says_that_its_drive_may_be_moving() {
     check(&[("cable", Some("cable"), Then::Moves, &LOST), ("protected cable", Some("cable"), Then::Released, &LOST)]);
 }
 
-/// So it is without power: nothing is sent any more.
+/// As when the program's computer loses its power: nothing is sent any more.
 #[test]
 fn a_protected_drive_notices_that_its_program_is_gone() {
     check(&[

@@ -1,4 +1,4 @@
-//! Random frames of axes on a path never make a follower panic, delay its end, or make it send what was not ordered.
+//! Random frames from the axes of a path never make a follower panic, delay its end, or make it send unordered motion.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -16,16 +16,16 @@ use crate::rig::{DESCRIPTION, MOST, PERIOD, Rig, start};
 /// How far from its start an axis may travel.
 const REACH: i32 = 300;
 
-/// What happens, one after the other.
+/// An event of a test.
 #[derive(Clone, Debug)]
 enum Happening {
-    /// A frame of somebody else.
+    /// A frame from outside.
     Frame(Frame),
-    /// The follower runs for so long.
+    /// The follower runs for this long.
     Pass(Duration),
-    /// The process does not run for so long.
+    /// The process does not run for this long.
     Stall(Duration),
-    /// The link has no room, so many times.
+    /// The link has no room for this many frames.
     Full(u32),
     Cancel,
 }
@@ -54,13 +54,13 @@ fn happening() -> impl Strategy<Value = Happening> {
     ]
 }
 
-/// What a program has for a cycle: steps of both axes, mostly such as they can do.
+/// The program's steps of both axes for a cycle, mostly within their limits.
 fn supply() -> impl Strategy<Value = Option<[i32; 2]>> {
     let step = prop_oneof![20 => -20_i32..=20, 1 => -100_i32..=100];
     prop_oneof![20 => [step.clone(), step].prop_map(Some), 1 => Just(None)]
 }
 
-/// What the path has been asked for: the set-points of each cycle, `None` when they were late.
+/// The set-points that the path has supplied for each cycle; `None` if they were late.
 type Ordered = Rc<RefCell<Vec<Option<Vec<i32>>>>>;
 
 fn path(steps: Vec<Option<[i32; 2]>>, ordered: Ordered) -> impl Path {
@@ -87,21 +87,21 @@ enum Phase {
     Over,
 }
 
-/// What a follower has heard from an axis, and sent to it.
+/// What a follower has received from an axis and sent to it.
 #[derive(Debug)]
 struct Heard {
     state: Option<State>,
     positions: Vec<i32>,
     has_booted: bool,
     sent: i32,
-    /// How many times the link has had no room since: cycles may have been left out.
+    /// How often the link has had no room since then: cycles may have been skipped.
     skipped: u32,
 }
 
-/// A follower, and what it may send.
+/// A follower, and what it is allowed to send.
 struct Watched<P> {
     follower: Follower<P>,
-    /// How many times the link will have no room.
+    /// How often the link will have no room.
     full: u32,
     settings: AxisSettings,
     phase: Phase,
@@ -238,7 +238,7 @@ fn run(mode: Mode, settings: Settings, steps: Vec<Option<[i32; 2]>>, happenings:
         }
     }
     watched.follower.cancel();
-    // A SYNC that stays away is noticed in three cycles; a few more for those in which the stages change.
+    // Lost SYNC is noticed within three cycles; some more are for changes between stages.
     pass(&mut rig.link, &mut watched, RAMP + settings.settle.times(3) + PERIOD.times(10));
     let report = watched.follower.report();
     assert!(watched.follower.is_over(), "{:?}: {:?}: {report}", watched.phase, watched.axes);

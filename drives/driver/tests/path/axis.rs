@@ -1,4 +1,4 @@
-//! A drive in cyclic synchronous position mode, reduced to what the bus sees of one.
+//! A drive in cyclic synchronous position mode, reduced to what is seen on the bus.
 
 use std::collections::VecDeque;
 
@@ -6,16 +6,16 @@ use lexican_runtime::host::Node;
 use lexican_runtime::profile::cia402::{Command, State, Transitions};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-/// What it does that it should not.
+/// A misbehaviour of the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Failing {
     #[default]
     Not,
-    /// It stays where it is, and does not follow.
+    /// It does not move.
     Stuck,
     /// It sends no PDO.
     Silent,
-    /// Its status word says that it does not follow.
+    /// Its status word shows that it does not follow.
     Ignoring,
     /// It brakes by itself, and is not enabled again.
     Braking,
@@ -26,22 +26,22 @@ pub(crate) struct Axis {
     pub(crate) state: State,
     pub(crate) position: i32,
     pub(crate) failing: Failing,
-    /// It is in NMT OPERATIONAL.
+    /// Whether it is in NMT OPERATIONAL.
     operational: bool,
     word: u16,
     target: i32,
-    /// What the next SYNC releases.
+    /// Received by RPDO, to take effect at the next SYNC.
     received: Option<(u16, i32)>,
     last_sync: Instant,
     outbox: VecDeque<Frame>,
-    /// How far it has moved from one SYNC to the next, at most.
+    /// The largest movement between two SYNCs.
     pub(crate) largest_step: u32,
-    /// By how much two steps that follow each other differ, at most.
+    /// The largest difference between two consecutive steps.
     pub(crate) largest_jerk: u32,
     last_step: i32,
 }
 
-/// For how long an enabled axis does without SYNC.
+/// How long an enabled axis tolerates missing SYNCs.
 const WATCH: Duration = Duration::from_millis(10);
 
 impl Axis {
@@ -63,14 +63,14 @@ impl Axis {
         }
     }
 
-    /// A fault, with an emergency.
+    /// Enters FAULT, and sends an emergency.
     pub(crate) fn fail(&mut self, code: u16) {
         self.state = State::Fault;
         let [low, high] = code.to_le_bytes();
         self.outbox.push_back(Frame::from_array(self.id(0x080), [low, high, 1, 0, 0, 0, 0, 0]));
     }
 
-    /// Its power fails, and comes back.
+    /// Loses its power, which then comes back.
     pub(crate) fn restart(&mut self) {
         *self = Axis { operational: false, ..Axis::new(self.node, self.position) };
         self.outbox.push_back(Frame::from_array(self.id(0x700), [0]));
@@ -107,7 +107,7 @@ impl Axis {
         }
     }
 
-    /// It reaches within a period where it was sent; a quick stop takes none.
+    /// Reaches the set-point within a period; a quick stop takes no time.
     fn advance(&mut self) {
         let goes = self.state == State::OperationEnabled && self.failing != Failing::Stuck;
         let step = if goes { self.target - self.position } else { 0 };
@@ -132,7 +132,7 @@ impl Node for Axis {
 
     fn handle_timeout(&mut self, now: Instant) {
         if self.poll_timeout().is_some_and(|due| due <= now) {
-            // As SYNC supervision has it.
+            // The error of SYNC supervision.
             self.fail(0x8700);
         }
     }

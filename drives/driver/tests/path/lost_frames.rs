@@ -12,7 +12,7 @@ use crate::rig::{Rig, figure};
 use crate::servo;
 use crate::servos::{SETTINGS, check_at_rest, there_and_back};
 
-/// How many frames a cycle of six axes has: SYNC, and two for each.
+/// The number of frames in a cycle of six axes: SYNC, and two for each axis.
 const CYCLE: u64 = 13;
 
 /// Whether the frame with a number is lost.
@@ -25,8 +25,8 @@ struct Frames {
     lost: Vec<u64>,
 }
 
-/// Loses frames of six axes. The number of a frame is made of its cycle and its COB-ID, and so is the same in all runs: one
-/// that loses a SYNC has fewer frames.
+/// Loses frames of six axes. The number of a frame consists of its cycle and its COB-ID, so it is the same in all runs,
+/// even in those that lose a SYNC and so have fewer frames.
 fn lose(bus: &VirtualBus, lost: Lost) -> Arc<Mutex<Frames>> {
     let frames = Arc::new(Mutex::new(Frames::default()));
     let (noted, mut syncs) = (Arc::clone(&frames), 0);
@@ -50,9 +50,9 @@ fn lose(bus: &VirtualBus, lost: Lost) -> Arc<Mutex<Frames>> {
     frames
 }
 
-/// Loses each frame of a run once, from the enabling of the axes to their release: in runs that lose one in `apart` cycles and
-/// a frame, and then alone those of its end that the others have not had. That makes no difference to how the run ends, but for
-/// so much in positions. Returns the report of a run that loses none.
+/// Loses each frame of a run once, from the enabling of the axes to their release: several in each run, one in every
+/// `apart` cycles and one frame; and those near the end one by one, if no other run has lost them. A run must end as
+/// one without losses, except that positions may differ by `but_for`. Returns the report of a run without losses.
 #[track_caller]
 fn lose_each_once(apart: u64, most_error: u32, but_for: u32, run: impl Fn(Lost) -> (Report, Frames)) -> Report {
     let (expected, Frames { all, .. }) = run(Box::new(|_, _| false));
@@ -83,7 +83,7 @@ fn lose_each_once(apart: u64, most_error: u32, but_for: u32, run: impl Fn(Lost) 
     expected
 }
 
-/// Six axes follow a figure of a second.
+/// Six axes follow a figure of one second.
 fn run(settings: Settings, lost: Lost) -> (Report, Frames) {
     let mut rig = Rig::new(6);
     let frames = lose(&rig.bus, lost);
@@ -100,8 +100,8 @@ fn every_single_frame_may_be_lost() {
     assert!(report.axes.iter().zip(1..).all(|(axis, number)| axis.position == number * 1000), "{report}");
 }
 
-/// Six simulated servos, at 1 ms. Six cycles after a loss, neither they nor the follower remember it: the longest memory is that
-/// of the last four set-points.
+/// Six simulated servos at 1 ms. Six cycles after a loss, it has no effect on them or on the follower: the longest
+/// memory is that of the last four set-points.
 #[track_caller]
 fn check_servos(stop: Stop, supplied: u64, but_for: u32) -> Report {
     lose_each_once(6, 120, but_for, |lost| {
@@ -130,7 +130,7 @@ fn every_single_frame_of_servos_may_be_lost_on_a_path_to_its_end() {
 
 #[test]
 fn every_single_frame_of_servos_may_be_lost_on_a_path_that_is_stopped() {
-    // A quick stop that is lost is a cycle late.
+    // A quick stop whose frame is lost is one cycle late.
     for (stop, but_for) in [(Stop::Ramp(Duration::from_millis(10)), 0), (Stop::Quick, 80)] {
         let report = check_servos(stop, 8, but_for);
         let reason = report.reason.map(|reason| reason.to_string());
@@ -138,7 +138,7 @@ fn every_single_frame_of_servos_may_be_lost_on_a_path_that_is_stopped() {
     }
 }
 
-/// Where none may be lost, a lost one has a name, or makes no difference.
+/// Without tolerance, a lost frame is either named or makes no difference.
 #[test]
 fn without_tolerance_a_lost_frame_is_named() {
     let tolerance = Tolerance { cycles: 0, pdos: 0, set_points: 0 };

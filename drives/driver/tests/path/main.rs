@@ -1,4 +1,4 @@
-//! Following a path: everything that can go wrong is a named outcome, and leaves all axes at rest.
+//! Following a path: everything that can go wrong has a named outcome, and leaves all axes at rest.
 
 mod any_frames;
 mod axis;

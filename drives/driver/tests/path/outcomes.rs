@@ -16,7 +16,7 @@ use crate::rig::{MOST, PERIOD, Rig, figure};
 /// What happens at the 400th cycle: to the set-points, to the axes, or to the bus.
 type Happen = fn(&mut [i32], &[Arc<Mutex<Axis>>], &VirtualBus);
 
-/// Follows a figure of a second with three axes, and disturbs it.
+/// Follows a figure of one second with three axes, and disturbs it.
 fn disturbed(settings: Settings, happen: Happen) -> Report {
     let mut rig = Rig::new(3);
     let (axes, bus, mut figure) = (rig.axes.clone(), rig.bus.clone(), figure(1000));
@@ -86,7 +86,7 @@ fn an_axis_that_exchanges_no_pdos_any_more_says_so() {
     check(|_, axes, _| axes[1].lock().unwrap().leave_operational(0x7F), reason, [RESTS, "silent", RESTS]);
 }
 
-/// One that was on its way when the axis was started.
+/// The heartbeat was on its way when the axis was started.
 #[test]
 fn a_heartbeat_from_before_the_first_pdo_stops_nothing() {
     let mut rig = Rig::new(2);
@@ -123,7 +123,7 @@ fn a_step_that_is_as_large_as_it_may_be_is_sent() {
     assert_eq!((report.reason, report.axes[0].position), (None, 1000 + 3 * MOST as i32), "{report}");
 }
 
-/// Disable voltage would let go of an axis that brakes.
+/// With Disable voltage, an axis that brakes would coast.
 #[test]
 fn an_axis_that_brakes_by_itself_is_left_braking_until_all_stand() {
     let mut rig = Rig::new(2);
@@ -145,7 +145,7 @@ fn an_axis_that_brakes_by_itself_is_left_braking_until_all_stand() {
     assert_eq!(reason.as_deref(), Some("node 2: it has left OPERATION ENABLED for QUICK STOP ACTIVE"));
     let mut words = words.lock().unwrap().clone();
     words.dedup();
-    // It is enabled; then quick stop, and at last Disable voltage.
+    // The axis is enabled; then quick stop, and finally Disable voltage.
     assert_eq!(words, [0x0000, 0x0006, 0x0007, 0x000F, 0x0002, 0x0000], "{words:04X?}");
 }
 
@@ -157,7 +157,7 @@ fn a_program_that_is_held_up_says_by_how_much() {
 
 #[test]
 fn a_bus_that_carries_no_frames_is_an_outcome_and_no_error() {
-    // The axes stop by themselves, since no SYNC comes.
+    // The axes stop by themselves, because no SYNC comes.
     let reason = "node 1: its PDO has not come for 3 cycles";
     check(|_, _, bus| bus.set_state(BusState::Off), reason, ["silent"; 3]);
 }
@@ -180,7 +180,7 @@ fn a_path_is_followed_to_its_end() {
     rig.check_at_rest("the end");
 }
 
-/// The ramp stays on the path, and the axes slow down together.
+/// The ramp stays on the path, and all axes slow down together.
 #[test]
 fn a_stop_follows_the_path_and_a_quick_stop_does_not() {
     let mut rig = Rig::new(2);
@@ -266,7 +266,7 @@ fn no_set_point_is_sent_beyond_the_limits() {
     let report = follow(&mut rig.bus.link(), &mut follower, &CancelHandle::default()).unwrap();
     let reason = report.reason.map(|reason| reason.to_string());
     assert_eq!(reason.as_deref(), Some("node 1: the set-point 1510 is outside the limits, 900 to 1505"));
-    // What the ramp goes on by ends there.
+    // The part of the path for the ramp ends there.
     assert_eq!(report.axes[0].position, 1505);
     rig.check_at_rest("limits");
 }
@@ -284,7 +284,7 @@ fn an_axis_that_cannot_be_enabled_keeps_all_from_moving() {
     assert_eq!((rig.axis(0).position, rig.axis(1).position), (1000, 2000));
 }
 
-/// SYNC from elsewhere, for a while.
+/// Another producer of SYNC, for a while.
 pub(crate) struct Producer {
     next: Instant,
     left: u32,
@@ -332,7 +332,7 @@ fn frames_that_do_not_leave_in_time_are_named() {
     let mut follower = rig.follower(figure(1000), Settings::default());
     let mut now = Instant::ZERO;
     assert_eq!(follower.poll_transmit(now), None, "the first SYNC comes a period from now");
-    // The link takes nothing.
+    // The link accepts no frame.
     let reason = loop {
         now = follower.poll_timeout().unwrap().max(now);
         if let Some(Event::Stopping(reason)) = follower.handle_timeout(now) {

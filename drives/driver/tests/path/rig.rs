@@ -12,7 +12,7 @@ use crate::axis::Axis;
 
 pub(crate) const PERIOD: Duration = Duration::from_millis(1);
 
-/// What an axis can do in a cycle.
+/// The largest step of an axis in a cycle.
 pub(crate) const MOST: u32 = 40;
 
 pub(crate) static DESCRIPTION: Description = Description {
@@ -31,7 +31,7 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// Axes 1 to `count`, which stand at a thousand times their node-ID.
+    /// Axes 1 to `count`, at rest at a thousand times their node-ID.
     pub(crate) fn new(count: u8) -> Self {
         let bus = VirtualBus::new();
         let axes = (1..=count).map(NodeId::literal).map(|node| Arc::new(Mutex::new(Axis::new(node, start(node)))));
@@ -61,7 +61,7 @@ impl Rig {
         follow(&mut self.link, &mut follower, &CancelHandle::default()).unwrap()
     }
 
-    /// All axes are at rest, and stay so; none was ordered to do what it cannot.
+    /// Checks that all axes are at rest and stay so, and that none was ordered more than it can do.
     #[track_caller]
     pub(crate) fn check_at_rest(&self, what: &str) {
         let positions = || (0..self.axes.len()).map(|number| self.axis(number).position).collect::<Vec<_>>();
@@ -80,7 +80,7 @@ pub(crate) fn start(node: NodeId) -> i32 {
     i32::from(node.get()) * 1000
 }
 
-/// A figure that all axes draw in `cycles`, each in its own phase, from rest to rest; its largest step is 19.
+/// A figure of `cycles` cycles for all axes, each in its own phase, from rest to rest. Its largest step is 19.
 pub(crate) fn figure(cycles: u64) -> impl FnMut(u64, &mut [i32]) -> Supply {
     move |cycle, set_points| {
         let turn = std::f64::consts::TAU * cycle as f64 / cycles as f64;

@@ -30,14 +30,14 @@ impl Kind for Servo {
 
 static MODEL: ServoModel = ServoModel {
     storage,
-    // A shaft that stands as soon as it has no torque: what moves later has been ordered.
+    // The shaft stands as soon as it has no torque: any later movement was ordered.
     coasting: 1e9,
     absolute_encoder: true,
     scales: |_| Scales { velocity: 1.0, acceleration: 1.0 },
     ..ServoModel::CIA_402
 };
 
-/// What homing looks for: a limit switch, a home switch and index pulses, all less than a second away.
+/// The switches for homing: a limit switch, a home switch and index pulses, all less than a second away.
 pub(crate) const MACHINE: Machine = Machine {
     negative_limit: Some(-100.0),
     positive_limit: None,
@@ -115,15 +115,15 @@ fn storage(node: NodeId) -> Box<dyn Storage> {
     Box::new(Dictionary::<512>::new(Box::leak(Box::new(table)), node))
 }
 
-/// A servo whose power may fail at a frame, and which then comes back.
+/// A servo whose power fails after a number of frames, and comes back later.
 pub(crate) struct Supplied {
     pub(crate) servo: SimulatedServo,
-    /// How many more frames there are until then.
+    /// The number of frames until then.
     pub(crate) left: Option<u64>,
     /// For how long the power is off.
     pub(crate) off: Duration,
     back: Option<Instant>,
-    /// Where the shaft was when the power failed.
+    /// The position of the shaft when the power failed.
     pub(crate) cut_at: Option<f64>,
 }
 
@@ -133,7 +133,7 @@ impl Supplied {
         Supplied { servo, left: None, off: Duration::from_millis(300), back: None, cut_at: None }
     }
 
-    /// Where the shaft is, and not what the drive says.
+    /// The true position of the shaft.
     pub(crate) fn shaft(&self, now: Instant) -> f64 {
         self.servo.servo().shaft(now).position
     }
@@ -174,7 +174,7 @@ impl Node for Supplied {
     }
 }
 
-/// A bus with servos at the nodes from 1 on.
+/// A bus with servos at nodes 1 to `count`.
 pub(crate) fn bus(count: u8) -> (VirtualBus, Vec<Arc<Mutex<Supplied>>>) {
     let bus = VirtualBus::new();
     let servos = (1..=count).map(NodeId::literal).map(|node| Arc::new(Mutex::new(Supplied::new(node))));
@@ -185,7 +185,7 @@ pub(crate) fn bus(count: u8) -> (VirtualBus, Vec<Arc<Mutex<Supplied>>>) {
     (bus, servos)
 }
 
-/// The same, set up as axes.
+/// The servos, set up as axes.
 pub(crate) fn axes(bus: &VirtualBus, count: u8, settings: AxisSettings) -> Vec<cyclic::Axis> {
     let mut link = bus.link();
     let prepare = |node| Drive::<_, Servo>::connect_unprotected(&mut link, node)?.prepare_cyclic(settings);

@@ -15,7 +15,7 @@ use crate::servo::{MACHINE, Servo, Supplied, axes, bus};
 pub(crate) const SETTINGS: AxisSettings = AxisSettings::new(Mode::CyclicPosition, PERIOD, 40);
 const RECOVERY: Recovery = Recovery::within(Duration::from_secs(5));
 
-/// From rest to rest and back in so many cycles, one axis further than the other; the largest step is 38.
+/// A path from rest to rest and back in this many cycles, one axis further than the other. The largest step is 38.
 pub(crate) fn there_and_back(cycles: u64) -> impl FnMut(u64, &mut [i32]) -> Supply {
     move |cycle, set_points| {
         let turn = std::f64::consts::TAU * cycle.min(cycles) as f64 / cycles as f64;
@@ -26,7 +26,7 @@ pub(crate) fn there_and_back(cycles: u64) -> impl FnMut(u64, &mut [i32]) -> Supp
     }
 }
 
-/// All shafts stand, and none is where it has not been sent: within what the path and its ramp reach.
+/// Checks that all shafts stand, and that each is within the reach of the path and its ramp.
 #[track_caller]
 pub(crate) fn check_at_rest(bus: &VirtualBus, servos: &[Arc<Mutex<Supplied>>], what: &str) {
     let shafts = || servos.iter().map(|servo| servo.lock().unwrap().shaft(bus.now())).collect::<Vec<f64>>();
@@ -68,15 +68,15 @@ fn servos_follow_velocities_from_rest_to_rest() {
     assert!((990.0..1010.0).contains(&shafts[0]) && (-1010.0..-990.0).contains(&shafts[1]), "{shafts:?}");
 }
 
-/// How far a shaft runs out at most when its power fails.
+/// How far a shaft coasts at most when its power fails.
 const RUN_OUT: f64 = 0.1;
 
-/// What is done when the power fails.
+/// The operation during which the power fails.
 type Operate = fn(&mut Drive<VirtualLink, Servo>) -> Result<(), Error>;
 
-/// Cuts the power at each frame of an operation. The shaft then stands where it was; the operation ends in an error that names
-/// the cut, unless it was over; the drive is back, does not move when it is enabled, and moves when it is ordered to. Returns
-/// at how many frames the power was cut.
+/// Cuts the power at each frame of an operation. The shaft then stands where it was; the operation, unless it was over,
+/// ends in an error that names the cut; the drive is back, does not move when it is enabled, and moves when it is
+/// ordered to. Returns the number of frames at which the power was cut.
 #[track_caller]
 fn check_power_cuts(operate: Operate) -> u64 {
     for frames in 0.. {
@@ -134,9 +134,9 @@ fn a_power_cut_at_any_frame_of_an_operation_leaves_a_drive_that_comes_back_and_d
     }
 }
 
-/// The power of one axis fails at each frame of a path, from its enabling to its release, for so short that it is back in the
-/// stop, and for longer. The other axis stops; the one that was cut off stands where it was, comes back as it was set up, and
-/// stands until the next path.
+/// The power of one axis fails at each frame of a path, from its enabling to its release: either so briefly that it is
+/// back during the stop, or for longer. The other axis stops. The one without power stands where it was, is set up
+/// again, and stands until the next path.
 #[test]
 fn a_power_cut_at_any_frame_of_a_path_stops_all_axes_and_the_axis_is_set_up_again() {
     let settle = Duration::from_millis(30);

@@ -41,7 +41,7 @@ async fn a_path_is_followed_and_stops_all_axes_when_it_is_dropped() {
     assert!((0..3).all(|number| rig.axis(number).state == State::QuickStopActive));
 }
 
-/// What the network reports by events, and not by frames.
+/// The network reports these by events, not by frames.
 #[tokio::test]
 async fn emergencies_and_states_of_nmt_stop_a_path() {
     let node = NodeId::literal(2);

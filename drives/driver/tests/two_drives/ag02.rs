@@ -1,4 +1,4 @@
-//! The SIKO AG02: state changes by PDO only, four bytes in every SDO, an enable bit of EMCY in another place.
+//! The SIKO AG02: state transitions only by PDO, four bytes in every SDO, and the enable bit of EMCY in another place.
 //!
 //! Numbers in parentheses are lines of the German manual of 02/2018. The frames are those of its table 25 (chapter
 //! 10.11) and of the examples of chapter 10.2.8, node 5.
@@ -54,13 +54,13 @@ const SHEET: Sheet = Sheet {
 
 type Drive = lexican_driver::Drive<lexican_runtime::host::VirtualLink, Ag02>;
 
-/// In SWITCH ON DISABLED.
+/// Operates a drive in SWITCH ON DISABLED.
 #[track_caller]
 fn check<T: std::fmt::Debug>(script: &str, operate: impl FnOnce(&mut Drive) -> Result<T, Error>) -> Result<T, Error> {
     Rig::<Ag02>::new(SHEET).check(script, operate)
 }
 
-/// In OPERATION ENABLED, ready to travel: `0000 0x11 0011 0111` (4991).
+/// Operates a drive in OPERATION ENABLED, ready to travel: `0000 0x11 0011 0111` (4991).
 #[track_caller]
 fn enabled<T: std::fmt::Debug>(script: &str, operate: impl FnOnce(&mut Drive) -> Result<T, Error>) -> Result<T, Error> {
     check(&format!("= 6041:00 0337\n= 1002:00 0000\n{script}"), operate)
@@ -177,7 +177,7 @@ fn it_runs_by_table_26() {
     assert_eq!(outcomes.unwrap(), [68, 30].map(|velocity| VelocityOutcome::Reached { velocity }));
 }
 
-/// This one reports inching by its movement only: a shaft that settles is not taken for it.
+/// This drive reports inching only by its movement. A shaft that settles does not count as such.
 #[test]
 fn inching_has_begun_when_the_drive_turns_as_it_was_told() {
     let script = "
@@ -229,7 +229,8 @@ fn a_fault_is_told_by_its_letter_and_reset_by_an_edge() {
     ";
     let cause = enabled(script, Drive::reset_fault);
     assert_eq!(cause.unwrap().unwrap().to_string(), "B (7121): shaft blocked");
-    // In an emergency the table has the high byte first, and CiA 301 the low one: both are understood.
+    // In an emergency, the manual's table has the high byte of the code first, and CiA 301 the low one. The driver
+    // accepts both.
     for emergency in ["< 085#7121210000000000", "< 085#2171210000000000"] {
         let cause = enabled(emergency, |drive| {
             drive.pass(Duration::from_millis(2))?;
@@ -318,7 +319,7 @@ async fn the_other_shell_does_the_same() {
     ";
     device.lock().unwrap().follow(bus.now(), script);
     match drive.enable().await {
-        // The high byte came first.
+        // The code with its high byte first.
         Err(Error::Fault(cause)) => assert_eq!(cause.to_string(), "B (7121): shaft blocked"),
         other => panic!("{other:?}"),
     }

@@ -1,4 +1,4 @@
-//! Homing by any method of the description: how it ends, and what the drive does then.
+//! Homing by any method of the description: its end, and the drive's behaviour afterwards.
 
 use lexican_driver::{Error, HomingOutcome};
 use lexican_runtime::Duration;

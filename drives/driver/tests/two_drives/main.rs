@@ -1,5 +1,5 @@
-//! Two drives that this crate's sources do not know, described as data only: the SIKO AG02, by its own crate, and a servo,
-//! by the tests. Scripted devices expect frames of the driver, and answer.
+//! Two drives that this crate's sources do not know, described only by data: the SIKO AG02, by its own crate, and a
+//! servo, by the tests. Scripted devices expect the driver's frames, and answer them.
 
 mod ag02;
 mod cyclic;

@@ -79,7 +79,7 @@ fn the_drivers_own_pdos_are_left_alone() {
     in_use(rig.check("", |drive| drive.send_pdo(1, &ORDER, (0, 0))), Direction::Receive);
 }
 
-/// Its PDOs carry more than the driver knows.
+/// A kind whose PDOs carry more than the driver knows.
 enum Packed {}
 
 impl Kind for Packed {
@@ -96,7 +96,7 @@ impl Kind for Packed {
 /// Index, sub-index, bytes, value.
 type Row = (u16, u8, usize, u64);
 
-/// The servo with these objects, before all of the same address.
+/// The servo with these objects, which replace those with the same address.
 fn with(own: &[Row]) -> Sheet {
     Sheet { objects: [own, SHEET.objects].concat().leak(), ..SHEET }
 }
@@ -142,7 +142,7 @@ fn a_drive_whose_pdos_are_mapped_otherwise_is_not_commanded() {
     check(&earlier, "Transmit PDO 1 is mapped to 6064:00 (16 bits), 6041:00 (16 bits), 6061:00 (8 bits)", TPDO1);
     check(&[(0x1A00, 0, 1, 2)], "Transmit PDO 1 is mapped to 6064:00 (16 bits), 0006:00 (16 bits)", TPDO1);
     check(&[(0x1A00, 0, 1, 254)], "Transmit PDO 1 is mapped to nothing", TPDO1);
-    // What is not sent, or lies beyond the status word, does not matter.
+    // PDOs that are off, and data behind the status word, do not matter.
     check(&[(0x1A00, 0, 1, 0)], "", "");
     check(&[(0x1A00, 1, 4, 0x6041_0010), (0x1800, 1, 4, 0x8000_0183)], "", "");
     check(&[(0x1A00, 0, 1, 4), (0x1A00, 4, 4, 0x6064_0020)], "", "");
@@ -155,8 +155,8 @@ fn a_mapping_is_compared_again_when_a_drive_is_recovered() {
     assert!(matches!(recovered, Err(Error::OtherMapping { number: 1, .. })), "{recovered:?}");
 }
 
-/// TPDO 1 is sent when the status word changes; 2 with the position, by SYNC; 3 with a position and no inhibit time at all; 4 with
-/// a velocity, 0.9 ms after the one before.
+/// TPDO 1 is sent when the status word changes; 2, with the position, by SYNC; 3, with a position, without an inhibit
+/// time; 4, with a velocity, with an inhibit time of 0.9 ms.
 const CHATTY: Sheet = Sheet {
     objects: &[
         (0x1000, 0x00, 4, 0x0002_0192),

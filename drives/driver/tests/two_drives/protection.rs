@@ -1,4 +1,4 @@
-//! A drive that consumes heartbeats is armed by 1016h, and gets them.
+//! A drive that consumes heartbeats is armed by 1016h, and receives them.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,7 +8,7 @@ use lexican_runtime::{CobId, Duration, Instant, NodeId};
 use crate::script::{Sheet, bus};
 use crate::servo::{self, BySdo};
 
-/// With three consumers, of which one watches over node 9.
+/// A drive with three consumers, one of which monitors node 9.
 const CONSUMER: Sheet = Sheet {
     objects: &[
         (0x1000, 0x00, 4, 0x0002_0192),
@@ -62,7 +62,7 @@ fn a_drive_that_can_notice_nothing_says_so() {
 #[test]
 fn a_drive_is_protected_as_far_as_it_can_be_unless_the_program_says_otherwise() {
     let (bus, device) = bus(CONSUMER);
-    // Armed, and disarmed at an end as it should be.
+    // Armed, and disarmed at a regular end.
     device.lock().unwrap().follow(bus.now(), "> 603#23161002E8037F00\n> 77F#05\n> 603#2316100200000000");
     let mut drive = Drive::<_, BySdo>::connect(bus.link(), CONSUMER.node).unwrap();
     drive.pass(Duration::from_millis(10)).unwrap();
@@ -77,7 +77,7 @@ fn a_drive_is_protected_as_far_as_it_can_be_unless_the_program_says_otherwise() 
     assert_eq!(drive.protection(), Protection::None);
 }
 
-/// The virtual clock passes only in operations: all of them keep the drive going, however long and dense they are.
+/// The virtual clock advances only in operations. All of them keep the drive supplied, however long and dense they are.
 #[test]
 fn a_drive_does_not_trip_while_its_program_works() {
     let (bus, device) = bus(CONSUMER);

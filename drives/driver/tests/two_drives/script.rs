@@ -1,6 +1,6 @@
-//! A device that follows a script: it answers what is read from a table, and expects orders one by one.
+//! A device that follows a script: it answers reads from a table, and expects orders in sequence.
 //!
-//! Each line of a script begins with what it is, and may end with where it is written:
+//! Each line of a script begins with its kind, and may end with where it is written:
 //!
 //! ```text
 //! > 205#0601       an order, exactly this frame: NMT, PDO or SDO download
@@ -21,17 +21,17 @@ use lexican_runtime::host::{Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-/// How a device is.
+/// The description of a device.
 #[derive(Clone, Copy)]
 pub(crate) struct Sheet {
     pub(crate) node: NodeId,
     /// Index, sub-index, bytes, value.
     pub(crate) objects: &'static [(u16, u8, usize, u64)],
-    /// Reading is answered by 42h, for any size, and only 23h writes.
+    /// Whether reads are answered by 42h, for any size, and only 23h writes.
     pub(crate) always_four_bytes: bool,
 }
 
-/// A driver that has found a device to be of its kind, on a bus of their own.
+/// A driver on a bus with a device, which it has recognised as one of its kind.
 pub(crate) struct Rig<K: Kind> {
     pub(crate) bus: VirtualBus,
     pub(crate) device: Arc<Mutex<Device>>,
@@ -46,8 +46,8 @@ impl<K: Kind> Rig<K> {
         Rig { bus, device, drive }
     }
 
-    /// Runs `operate` while the device follows the script, and makes sure that nothing else was ordered and nothing is
-    /// left over.
+    /// Runs `operate` while the device follows the script, and checks that nothing else was ordered and no step is
+    /// left.
     #[track_caller]
     pub(crate) fn check<T: Debug>(
         &mut self,
@@ -56,18 +56,18 @@ impl<K: Kind> Rig<K> {
     ) -> Result<T, Error> {
         self.follow(script);
         let result = operate(&mut self.drive);
-        // The last frame is still on its way.
+        // The last frame is still in transit.
         self.bus.advance(Duration::from_millis(1));
         self.check_through(&format!("{result:?}"));
         result
     }
 
-    /// Hands the device a script.
+    /// Gives the device a script.
     pub(crate) fn follow(&self, script: &str) {
         self.device.lock().unwrap().follow(self.bus.now(), script);
     }
 
-    /// Makes sure that the script has been followed to its end.
+    /// Checks that the script was followed to its end.
     #[track_caller]
     pub(crate) fn check_through(&self, what: &str) {
         let device = self.device.lock().unwrap();
@@ -75,7 +75,7 @@ impl<K: Kind> Rig<K> {
         assert_eq!(device.steps, [], "left over, with {what}");
     }
 
-    /// Drops the driver, and makes sure that the script has been followed to its end, and with nothing else.
+    /// Drops the driver, and checks that the script was followed to its end, with no other orders.
     #[track_caller]
     pub(crate) fn check_dropped(self) {
         let Rig { bus, device, drive } = self;
@@ -84,7 +84,7 @@ impl<K: Kind> Rig<K> {
         assert!(device.lock().unwrap().is_through());
     }
 
-    /// Makes sure that an operation fails with this message, and that nothing at all was sent for it.
+    /// Checks that an operation fails with this message, without sending anything.
     #[track_caller]
     pub(crate) fn check_unsupported<T: Debug>(
         &mut self,
@@ -146,7 +146,7 @@ impl Device {
         self.values.iter_mut().find(|(of, ..)| *of == address).map(|(_, size, value)| (*size, value))
     }
 
-    /// Does what the script has the device do by itself, up to the next order or wait.
+    /// Carries out the steps up to the next order or wait.
     fn go_on(&mut self, now: Instant) {
         while self.waits_until.is_none() {
             match self.steps.front() {
@@ -177,18 +177,18 @@ impl Device {
         self.go_on(now);
     }
 
-    /// Whether it has got what it expects, and nothing else.
+    /// Whether it has received all that it expects, and nothing else.
     pub(crate) fn is_through(&self) -> bool {
         self.steps.is_empty() && self.unexpected.is_empty()
     }
 
-    /// What it answers to the request for an object.
+    /// Its answer to an upload request.
     pub(crate) fn answer_to(&mut self, request: &str) -> String {
         self.handle_frame(Instant::ZERO, &frame(request));
         self.outbox.pop_front().expect("an answer").to_string()
     }
 
-    /// The effect of a receive PDO itself: RPDO1, 3 and 4 as CiA 402-3 maps them.
+    /// The direct effect of a receive PDO: RPDO1, 3 and 4, as mapped by CiA 402-3.
     fn map(&mut self, frame: &Frame) {
         let of = |base| frame.id() == CobId::of_node(base, self.sheet.node);
         let target = if of(0x400) {
@@ -217,7 +217,7 @@ impl Device {
             self.unexpected.push(format!("{frame}: not 23h"));
             return abort(address, 0x0504_0001);
         }
-        // First the effect of the write itself, then what the script makes of it.
+        // First the effect of the write itself, then that of the script.
         if let Some((_, stored)) = self.find(address) {
             *stored = value.into();
         }
@@ -277,7 +277,7 @@ fn steps(script: &str) -> VecDeque<Step> {
         .collect()
 }
 
-/// The orders and answers that a word stands for. A travel has its target, and the status word that acknowledges it.
+/// The orders and answers that a word stands for. A travel has a target, and the status word that acknowledges it.
 fn handshake(line: &str) -> String {
     let mut words = line.split_whitespace();
     let mut word = || words.next().unwrap_or_else(|| panic!("{line}: too short"));

@@ -1,6 +1,6 @@
 //! A servo with its description, mostly as in CiA 402: the state machine with 6061h, orders by SDO or PDO, a status
-//! register of 32 bits, a set-point bit that is cleared once it is acknowledged, homing, parameters that are stored on
-//! command.
+//! register of 32 bits, a set-point bit that is cleared after its acknowledgement, homing, and parameters that are
+//! stored on command.
 
 use lexican_driver::description::{
     Approach, Calibration, Condition, Description, Homing, Identity, ModeObjects, Number, Objects, Orders, Outputs,
@@ -16,14 +16,14 @@ use lexican_runtime::{Duration, NodeId};
 use crate::script::bus;
 use crate::script::{Rig, Sheet};
 
-/// Everything goes by SDO.
+/// The kind whose data all go by SDO.
 pub(crate) enum BySdo {}
 
 impl Kind for BySdo {
     const DESCRIPTION: &'static Description = &SERVO;
 }
 
-/// Control word and status word go by PDO.
+/// The kind whose control word and status word go by PDO.
 pub(crate) enum ByPdo {}
 
 impl Kind for ByPdo {
@@ -67,7 +67,7 @@ const SERVO: Description = Description {
         order: ByteOrder::LowFirst,
     },
     modes: ModeObjects {
-        // Neither velocity mode of frequency converters nor cyclic velocities.
+        // Without the velocity mode of frequency converters and the cyclic velocity mode.
         codes: Modes(&[
             (1, cia402::Mode::ProfilePosition),
             (3, cia402::Mode::ProfileVelocity),
@@ -128,7 +128,7 @@ pub(crate) const SHEET: Sheet = Sheet {
 
 pub(crate) type Drive<K> = lexican_driver::Drive<VirtualLink, K>;
 
-/// In SWITCH ON DISABLED.
+/// Operates the drive in SWITCH ON DISABLED.
 #[track_caller]
 pub(crate) fn check<T: std::fmt::Debug>(
     script: &str,
@@ -137,7 +137,7 @@ pub(crate) fn check<T: std::fmt::Debug>(
     Rig::<BySdo>::new(SHEET).check(script, operate)
 }
 
-/// In OPERATION ENABLED.
+/// Operates the drive in OPERATION ENABLED.
 #[track_caller]
 pub(crate) fn enabled<K: Kind, T: std::fmt::Debug>(
     script: &str,
@@ -204,7 +204,7 @@ fn a_setpoint_is_released_as_soon_as_it_is_acknowledged() {
     assert_eq!(outcome, Outcome::Reached { position: 36_000 });
 }
 
-/// What other descriptions begin with: a name and limits of positions are what a drive may have.
+/// A new description begins like this: the name of a drive, and its limits of positions, are optional.
 #[test]
 fn a_description_may_say_no_more_than_whose_drive_it_is() {
     enum Plain {}
@@ -288,7 +288,7 @@ fn a_travel_that_somebody_else_has_ended_is_forgotten_when_the_drive_is_enabled(
     assert_eq!(outcome.unwrap(), Outcome::Reached { position: 0 });
 }
 
-/// It says nothing of how far it may settle: its target shows whose travel has ended.
+/// The description has no window for settling: the drive's target shows whose travel has ended.
 #[test]
 fn a_travel_that_another_manager_leads_elsewhere_has_not_reached_its_target() {
     let script = "
@@ -303,7 +303,7 @@ fn a_travel_that_another_manager_leads_elsewhere_has_not_reached_its_target() {
     assert_eq!(outcome, Outcome::Overridden { position: -300 });
 }
 
-/// In Halt, the bit of a target that is reached says that the drive stands.
+/// In Halt, the bit "target reached" means that the drive stands.
 #[test]
 fn a_travel_that_somebody_else_halts_is_not_over() {
     let script = "
@@ -327,7 +327,8 @@ fn a_travel_that_somebody_else_halts_is_not_over() {
     assert_eq!(outcome.unwrap(), Outcome::Reached { position: 36_000 });
 }
 
-/// The next word without Halt goes on with it: so it does not come before the travel is resumed, or forgotten.
+/// The next control word without Halt would resume the travel, so it comes only when the travel is resumed or
+/// forgotten.
 #[test]
 fn a_travel_that_is_stopped_is_not_forgotten() {
     let script = "
@@ -377,7 +378,7 @@ fn an_order_that_is_not_taken_is_forgotten_outside_operation_enabled() {
         = 6041:00 0233
     ";
     let error = enabled::<BySdo, _>(script, |drive| drive.start_moving_to(36_000)).unwrap_err();
-    // What is missing now is reported first.
+    // A present obstacle is reported first.
     assert_eq!(error.to_string(), "the drive would refuse: it is in SWITCHED ON, not in OPERATION ENABLED");
 }
 
@@ -461,7 +462,7 @@ fn a_fault_is_told_by_its_emergency_or_else_by_the_history() {
     let sheet = Sheet { node: NodeId::literal(1), ..SHEET };
     let cause = Rig::<BySdo>::new(sheet).check(script, Drive::reset_fault).unwrap();
     assert_eq!(cause.unwrap().to_string(), "F235 (4310): excess temperature, heat sink");
-    // The upper half of an entry is something else.
+    // The upper half of an entry has other data.
     let history = check("= 1003:01 00088611", Drive::cause).unwrap();
     assert!(matches!(history, Cause::Fault(Code { label: "F439", .. })), "{history}");
     let warning = check("= 1003:01 00084390", Drive::cause).unwrap();

@@ -1,4 +1,4 @@
-//! Set-points that follow one another: bits 4, 5, 6 and 9 of the control word, bit 12 of the status word.
+//! Consecutive set-points: bits 4, 5, 6 and 9 of the control word, bit 12 of the status word.
 
 use lexican_driver::{Error, Outcome, SetPoint};
 use lexican_runtime::Duration;

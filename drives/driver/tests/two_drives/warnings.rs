@@ -1,4 +1,4 @@
-//! Warnings, which are not faults; the history of both; what the driver does in a fault.
+//! Warnings, which are not faults; the history of both; and how the driver handles a fault.
 
 use lexican_driver::description::Reaction;
 use lexican_driver::{Cause, Code};

@@ -1,5 +1,5 @@
 //! For a moment after an order, bits of the status word may still show the former state: target reached, homing
-//! attained. They are not taken for the end of the new motion.
+//! attained. The driver does not take them for the end of the new motion.
 
 use lexican_driver::{Cause, Code, Error, Outcome, VelocityOutcome};
 use lexican_runtime::Duration;
@@ -161,7 +161,7 @@ fn a_fault_does_not_outlive_a_restart() {
     assert!(matches!(cause, Ok(Cause::Fault(Code { label: "F439", .. }))), "{cause:?}");
 }
 
-/// Waiting for a travel that is not there does not make the driver forget that the drive runs.
+/// The driver still knows that the drive runs after waiting for a travel that does not exist.
 #[test]
 fn velocity_mode_does_not_end_with_a_travel() {
     let script = "

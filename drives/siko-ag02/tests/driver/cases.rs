@@ -1,4 +1,4 @@
-//! The operations of the driver, over any interface: the tests of the drive's other interfaces run these, too.
+//! The operations of the driver, over any interface: the tests of the drive's other interfaces run them, too.
 
 use lexican_runtime::service::sdo_client::SdoError;
 use siko_ag02::Direction;
@@ -16,7 +16,7 @@ pub(crate) fn is_refused<T: std::fmt::Debug>(result: Result<T, Error>, missing: 
     }
 }
 
-/// A velocity is reached within the window of 6067h.
+/// Checks that a velocity is reached within the window of 6067h.
 #[track_caller]
 pub(crate) fn reaches(result: Result<VelocityOutcome, Error>, target: i32) {
     match result {
@@ -161,7 +161,7 @@ fn faults_are_named_with_and_without_emergencies() {
             assert_eq!(rig.drive.finish().unwrap(), Outcome::Fault(Cause::from(fault)));
             rig.world(|inputs| inputs.clear(kind));
             assert_eq!(rig.drive.reset_fault().unwrap(), Some(Cause::from(fault)));
-            // The shaft runs out.
+            // The shaft coasts to a standstill.
             rig.pass(3000);
             rig.drive.enable().unwrap();
             assert_eq!(rig.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });

@@ -13,7 +13,7 @@ use siko_ag02::sim::inputs::BusState;
 use siko_ag02::sim::{MODEL, SimulatedDrive};
 use siko_ag02::worked_examples::{Action, Example, NODE, POSITIONING, VELOCITY};
 
-/// The frames of an example up to the one that disables the drive: for that, the driver has a shorter way.
+/// The frames of an example up to the one that disables the drive, for which the driver has a shorter way.
 fn frames(example: &Example) -> Vec<Frame> {
     let sent = example.rows.iter().filter_map(|row| match row.action {
         Action::Send(frame) => Some((row.meaning, frame)),

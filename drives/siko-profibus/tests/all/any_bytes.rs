@@ -1,4 +1,4 @@
-//! A million random bytes and a hundred thousand altered telegrams: the drive behind its slave goes on.
+//! A million random bytes and a hundred thousand altered telegrams: the drive behind its slave keeps working.
 
 use super::random::Random;
 use lexican_profibus::fdl::{Data, FrameCount, Function, Service, Telegram};
@@ -13,15 +13,15 @@ use siko_profibus::{AG02, AG03_1, Model, PPO, ProfibusDrive as Drive, bus};
 
 const DRIVES: [&Model; 2] = [&AG03_1, &AG02];
 
-/// The slave of a rig, to which bytes come that its master has not sent: the master comes back afterwards, and finds a
-/// drive that answers and travels.
+/// The slave of a rig receives bytes that its master has not sent. Afterwards the master comes back, and finds a drive
+/// that answers and travels.
 fn disturbed(model: &'static Model, mut disturb: impl FnMut(&mut Slave<Drive>, Instant) -> Instant) {
     let (mut bus, drive) = bus::with(model, 7);
     assert!(bus.exchange(drive));
     bus.set_master_online(false);
     let now = bus.now();
     let until = disturb(bus.slave_mut(drive), now);
-    // The time that the bytes took has not passed on the bus.
+    // The bus must catch up with the time that the bytes took.
     bus.run(until.since(now) + Duration::from_secs(1));
     bus.slave_mut(drive).restart(until + Duration::from_secs(1), 7);
     bus.set_master_online(true);
@@ -59,7 +59,7 @@ fn a_hundred_thousand_altered_telegrams_leave_a_drive_that_answers() {
                 let function = Function::Request { service: Service::SrdHigh, count };
                 let data = Data { to: 7, from: 2, to_sap: None, from_sap: None, function, payload: &outputs };
                 let mut telegram = Telegram::Data(data).encode().unwrap().to_vec();
-                // Some stay as they are, and order something.
+                // Some are unchanged, and order something.
                 if random.below(4) != 0 {
                     random.alter(&mut telegram);
                 }
@@ -72,7 +72,7 @@ fn a_hundred_thousand_altered_telegrams_leave_a_drive_that_answers() {
     }
 }
 
-/// A slave that answers anything: the door ends every job that it is given, and enables nothing unless it is ordered to.
+/// With a slave that answers anything, the door ends every job, and enables nothing without an order.
 #[test]
 fn a_hundred_thousand_random_answers_end_every_job() {
     let addresses = [0x1003, 0x100A, 0x1011, 0x2410, 0x2422, 0x6060, 0x6064, 0x606C, 0x607D, 0x7000];
@@ -85,7 +85,7 @@ fn a_hundred_thousand_random_answers_end_every_job() {
         for _ in 0..100_000 {
             now += Duration::from_micros(random.next() >> 52);
             let sent = door.master().outputs();
-            // Often enough, the answer is one to the task.
+            // Often enough, the answer matches the task.
             let mut received: [u8; PPO.len()] = core::array::from_fn(|_| random.next() as u8);
             let task = PPO.pkw(&sent).unwrap_or_default();
             if random.below(2) == 0 {

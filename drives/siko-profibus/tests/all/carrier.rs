@@ -1,4 +1,4 @@
-//! The carrier of a gateway on a bus, and the functions by which tests set outputs and get inputs.
+//! The carrier of a gateway on a bus, and the functions by which tests set outputs and read inputs.
 
 use lexican_profibus::bus::{Bus, Station};
 use lexican_profibus::virtual_bus::{SlaveId, VirtualBus};
@@ -42,7 +42,7 @@ impl Rig {
         assert!(self.stations[1].wait(until).unwrap().is_some());
     }
 
-    /// How many exchanges it takes until all is known of the drive.
+    /// The number of exchanges until everything is known about the drive.
     fn exchanges_until_it_is_known(&mut self, with_the_other: bool) -> u64 {
         while self.door.master_mut().facts().is_none() {
             if with_the_other {
@@ -58,7 +58,7 @@ impl Rig {
 fn each_exchange_carries_what_the_last_one_and_orders_have_led_to() {
     let mut rig = Rig::new();
     let exchanges = rig.exchanges_until_it_is_known(false);
-    // Beside another drive, the first exchanges are two.
+    // Beside another drive, the first round takes two exchanges.
     assert!(Rig::new().exchanges_until_it_is_known(true) <= exchanges + 1);
     let now = rig.stations[0].now();
     rig.door.master_mut().order(now, Order::Enable, 0);

@@ -1,4 +1,4 @@
-//! The drivers of both drives over PROFIBUS: the operations and outcomes that they have over CANopen.
+//! The drivers of both drives over PROFIBUS: the same operations and outcomes as over CANopen.
 
 mod rig;
 mod same;

@@ -23,13 +23,13 @@ fn ready(model: &'static Model) -> Rig {
     rig
 }
 
-/// From "ready to travel".
+/// Plays orders from "ready to travel".
 #[track_caller]
 fn plays(orders: &str) {
     DRIVES.into_iter().for_each(|model| ready(model).plays(orders));
 }
 
-/// Each edge is acknowledged by one.
+/// Each edge is acknowledged by an edge.
 #[test]
 fn figure_13_travels() {
     let there = "t5000; 007B; shows travelling; shows xxx1 xxxx xxxx xxxx; comes-to ready; actual 5000; shows xxxx x1xx xxxx xxxx";
@@ -37,7 +37,7 @@ fn figure_13_travels() {
     plays(&format!("{there}; {back}"));
 }
 
-/// What is slower than 2 rev/min counts as standing.
+/// Below 2 rev/min counts as standstill.
 #[test]
 fn figure_13_stops_on_the_way_and_goes_on() {
     let stops = "t5000; 007B; w1000; 005B; comes-to 001x 1x11 x011 0111; w50; mark; actual 1..4999; w500; way 0";
@@ -56,11 +56,12 @@ fn figure_13_inches() {
     plays("000B; 010B; shows inching; comes-to ready; actual 1600");
     plays("000B; mark; 020B; w1000; shows inching; 000B; comes-to ready; way >500");
     plays("000B; mark; 820B; w1000; shows inching; 000B; comes-to ready; way <-500");
-    // An intermediate stop is of travels only.
+    // Only travels have an intermediate stop.
     plays("011B; comes-to ready; actual 1600");
 }
 
-/// Parameter 25: with 50 % instead of all, the way is twice as long. 800 increments/s: 50 or 100 increments, less what the telegrams take.
+/// Parameter 25: with 50 % instead of 100 %, the way is twice as long. From 800 increments/s: 50 or 100 increments,
+/// less what the telegrams take.
 #[test]
 fn inching_2_stops_as_programmed() {
     for (stop, way) in [(0, "35..50"), (1, "80..100")] {
@@ -68,7 +69,7 @@ fn inching_2_stops_as_programmed() {
     }
 }
 
-/// While the cause is there, the fault stays.
+/// While the cause lasts, the fault stays.
 #[test]
 fn figure_13_a_fault_is_acknowledged_and_the_interlock_released() {
     let faulty = "000B; fault; shows xxxx xxxx x0xx 10xx; 008B; shows xxxx xxxx x0xx 1xxx; heal; 000B; shows xxxx xxxx x0xx 1xxx";
@@ -92,7 +93,7 @@ fn the_motor_is_released_by_off_1_and_off_2_and_held_without_enable() {
     }
 }
 
-/// Another setpoint holds at once.
+/// Another setpoint takes effect at once.
 #[test]
 fn figure_14_turns() {
     let enabled =
@@ -115,7 +116,7 @@ fn a_travel_needs_a_target_within_the_limits() {
     }
 }
 
-/// Beyond a limit ZSW.14 is set, and only inching leads back.
+/// Beyond a limit, ZSW.14 is set, and only inching leads back.
 #[test]
 fn beyond_a_limit_only_inching_leads_back() {
     let beyond = "shows 011x 1x11 x011 0111";
@@ -125,14 +126,14 @@ fn beyond_a_limit_only_inching_leads_back() {
     ));
 }
 
-/// What the AG02 has besides: an input that enables the motor, and limit switches.
+/// The AG02 additionally has an input that enables the motor, and limit switches.
 #[test]
 fn the_inputs_of_the_ag02_take_readiness_away() {
     let unready = "shows 001x 1x11 x011 0111";
     ready(&AG02).plays(&format!(
         "enable off; {unready}; enable on; switch on; {unready}; pnu 1020 0003 1; switch off; shows ready"
     ));
-    // What it has stopped does not turn again by itself.
+    // After such a stop, it does not turn again by itself.
     Rig::new(&AG02).plays(
         "velocity; 000B; t30; 004B; w1000; enable off; w2000; actual 0; shows 0xxx xxxx xxxx xxxx;
         enable on; w2000; actual 0; shows 0xxx xxxx xxxx xxxx; 000B; 004B; w1000; actual 30",
@@ -147,7 +148,8 @@ fn without_supply_it_is_not_ready_to_be_switched_on() {
     plays("shows xxxx xxxx 0xxx xxxx; battery; shows xxxx xxxx 1xxx xxxx; dark; shows xxxx xxxx xxxx xx00");
 }
 
-/// The word that enables a drive starts nothing, and one that is not interrupted takes each edge of bit 6.
+/// The word that enables a drive starts nothing. Once enabled, a drive without an interrupted travel follows each edge
+/// of bit 6.
 #[test]
 fn a_travel_begins_by_an_edge_once_the_drive_is_enabled() {
     for model in DRIVES {
@@ -157,7 +159,7 @@ fn a_travel_begins_by_an_edge_once_the_drive_is_enabled() {
     }
 }
 
-/// A velocity that the drive does not take is none, nor is that of before.
+/// If the drive refuses a velocity, it runs neither at this nor at the previous one.
 #[test]
 fn each_enabled_setpoint_turns_until_the_drive_is_released() {
     for model in DRIVES {
@@ -170,7 +172,7 @@ fn each_enabled_setpoint_turns_until_the_drive_is_released() {
     }
 }
 
-/// What the slave does when data exchange ends: the motor is released, and the keys work again.
+/// When data exchange ends, the slave releases the motor, and the keys work again.
 #[test]
 fn without_its_master_the_drive_is_released() {
     for model in DRIVES {

@@ -1,4 +1,4 @@
-//! The GSD files made for this project can be parsed, and match the simulated slaves.
+//! The GSD files of this project can be parsed, and match the simulated slaves.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn check(model: &'static Model, file: &str) {
     assert_eq!((gsd.sync_mode_supported, gsd.freeze_mode_supported), (model.identity.sync, model.identity.freeze));
     assert!(gsd.auto_baud_supported && !gsd.set_slave_addr_supported && !gsd.fail_safe && !gsd.modular_station);
     assert_eq!(gsd.max_diag_data_length, 6);
-    // 9.6 kBd to 12 MBd; 31.25 and 45.45 kBd are not among those of the manual.
+    // 9.6 kBd to 12 MBd, without 31.25 and 45.45 kBd, which the manual does not have.
     let speeds = SupportedSpeeds::all() - SupportedSpeeds::B31250 - SupportedSpeeds::B45450;
     assert_eq!(gsd.supported_speeds, speeds);
     let [module] = gsd.available_modules.as_slice() else { panic!("one module") };
@@ -29,7 +29,7 @@ fn check(model: &'static Model, file: &str) {
     assert_eq!(dp::lengths(&module.config), Some(Lengths { inputs: 14, outputs: 14 }));
     assert_eq!((PPO.lengths(), model.identity.is_consistent()), (Lengths { inputs: 14, outputs: 14 }, true));
 
-    // A master that is configured by the file gets on with the drive.
+    // A master configured by the file works with the drive.
     let (mut bus, _) = bus::with(model, 3);
     let options = PeripheralOptions {
         ident_number: gsd.ident_number,

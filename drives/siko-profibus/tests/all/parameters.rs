@@ -1,4 +1,4 @@
-//! The parameters, telegram by telegram; `tests/tests/all/parameters.rs` holds them against the objects.
+//! The parameters, telegram by telegram; `tests/tests/all/parameters.rs` compares them with the objects.
 
 use super::rig::Rig;
 use lexican_profibus::pkw::{Access, Format, Refusal, Reply, Task, Value};
@@ -103,7 +103,7 @@ fn the_codes_of_the_operating_mode_are_swapped() {
     }
 }
 
-/// Limits 1 and 2 change places: limit 1 is the upper one, which is 607Dh:02.
+/// Limits 1 and 2 are swapped: limit 1 is the upper one, 607Dh:02.
 #[test]
 fn limit_1_is_the_second_of_607d() {
     for model in DRIVES {

@@ -1,4 +1,4 @@
-//! A drive that is called telegram by telegram, without a bus.
+//! A drive that gets telegrams one by one, without a bus.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use lexican_profibus::pkw::{Event, Pkw, PkwMaster, Refusal, Reply, Task, Value};
@@ -9,7 +9,7 @@ use siko::sim::inputs::Inputs;
 use siko_profibus::master::Telegram;
 use siko_profibus::{Model, PPO, ProfibusDrive};
 
-/// How often data is exchanged.
+/// The interval of data exchange.
 const CYCLE_MS: u64 = 10;
 
 pub(crate) struct Rig {
@@ -20,19 +20,19 @@ pub(crate) struct Rig {
     target: i32,
     inputs: Telegram,
     model: &'static Model,
-    /// The actual value when a script said `mark`.
+    /// The actual value at the step `mark`.
     mark: i32,
 }
 
 impl Rig {
-    /// Power on, and data is exchanged.
+    /// A drive with power and data exchange.
     pub(crate) fn new(model: &'static Model) -> Self {
         let mut rig = Rig::power_on(model);
         rig.turn();
         rig
     }
 
-    /// Before the first exchange.
+    /// A drive before its first exchange.
     pub(crate) fn power_on(model: &'static Model) -> Self {
         let now = Instant::ZERO;
         let tasks = PkwMaster::new(Duration::from_secs(1));
@@ -50,7 +50,7 @@ impl Rig {
         rig
     }
 
-    /// The same in velocity mode, to turn with so many rev/min.
+    /// A drive in velocity mode, to turn with this many rev/min.
     pub(crate) fn in_velocity_mode(model: &'static Model) -> Self {
         let mut rig = Rig::new(model);
         assert_eq!(rig.write(930, 1), Ok(1));
@@ -65,7 +65,7 @@ impl Rig {
         self.tasks.handle_input(PPO.pkw(&self.inputs).unwrap())
     }
 
-    /// What is sent, with a task.
+    /// The outputs, with a task.
     pub(crate) fn outputs(&self, task: Pkw) -> Telegram {
         let mut outputs = Telegram::default();
         PPO.set_pkw(&mut outputs, task);
@@ -97,7 +97,7 @@ impl Rig {
         PPO.double_word(&self.inputs, 1).unwrap()
     }
 
-    /// The status word is as in a pattern of a flow chart: 1, 0 and x.
+    /// Checks that the status word matches a pattern of a flow chart, in 1, 0 and x.
     #[track_caller]
     pub(crate) fn shows(&mut self, pattern: &str) {
         let word = self.word();
@@ -106,7 +106,7 @@ impl Rig {
         }
     }
 
-    /// Lets time pass until the status word is as in a pattern.
+    /// Waits until the status word matches a pattern.
     #[track_caller]
     pub(crate) fn comes_to(&mut self, pattern: &str) {
         let end = self.now + Duration::from_secs(60);
@@ -140,7 +140,7 @@ impl Rig {
         }
     }
 
-    /// As wide as the parameter.
+    /// Writes a value with the width of the parameter.
     pub(crate) fn write(&mut self, number: u16, value: i32) -> Result<u32, Refusal> {
         let value = value.cast_unsigned();
         let value = if (1016..=1019).contains(&number) { Value::DoubleWord(value) } else { Value::Word(value as u16) };
@@ -151,8 +151,8 @@ impl Rig {
         }
     }
 
-    /// Carries out orders with semicolons between them: control words in hexadecimal, each sent twice; `t5000` is the target, `w1000`
-    /// waits for so many milliseconds. What else the tables of the manuals have, and tests ask, is below.
+    /// Carries out orders separated by semicolons: hexadecimal control words are sent twice; `t5000` sets the target,
+    /// `w1000` waits for this many milliseconds. The other words of the manuals' tables and of tests are below.
     #[track_caller]
     pub(crate) fn plays(&mut self, orders: &str) {
         for order in orders.split(';').map(str::trim).filter(|order| !order.is_empty()) {
@@ -203,7 +203,8 @@ impl Rig {
         }
     }
 
-    /// The boxes of figure 13 by name, or a pattern in which b is bit 14 of velocity mode, where the drives differ.
+    /// Resolves a box of figure 13 by name, or a pattern in which b is bit 14 of velocity mode, where the drives
+    /// differ.
     fn pattern(&self, words: &[&str]) -> String {
         let bit_14 = if self.model.velocity_bit_14 { "1" } else { "0" };
         match words {
@@ -218,7 +219,7 @@ impl Rig {
         self.drive.drive_mut()
     }
 
-    /// Lets the world change, and the master see it.
+    /// Changes the inputs of the drive, and lets the master notice it.
     pub(crate) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
         let now = self.now;
         self.simulated().set_inputs(now, change);
@@ -238,7 +239,7 @@ fn is_in(found: i32, range: &str) -> bool {
     }
 }
 
-/// The bit in which a word is not as in a pattern.
+/// A bit in which a word differs from a pattern.
 pub(crate) fn differs(word: u16, pattern: &str) -> Option<usize> {
     let digits: Vec<char> = pattern.chars().filter(|digit| !digit.is_whitespace()).collect();
     assert_eq!(digits.len(), 16, "{pattern}");

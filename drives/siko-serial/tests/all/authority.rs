@@ -14,7 +14,7 @@ fn plays(script: &str) {
     Rig::new().plays(script);
 }
 
-/// The bus finds the motor released. Neither inching nor a restart is answered, and neither does anything.
+/// The bus finds the motor released. Neither inching nor a restart is answered or has an effect.
 #[test]
 fn the_bus_in_command_leaves_reading_and_the_stops() {
     for command in ["01", "02"] {
@@ -41,7 +41,7 @@ fn the_stops_interrupt_a_travel_of_the_bus() {
     rig.plays("comes-to travelling; O; comes-to x10x 10x0 0000 0000; Z<5000");
 }
 
-/// In velocity mode they have no meaning.
+/// Limit switches have no meaning in velocity mode.
 #[test]
 fn on_a_limit_switch_only_inching_leads_back() {
     let turns = "X1; M";
@@ -85,7 +85,7 @@ fn a_restart_keeps_parameters_and_not_the_setpoint() {
     }
 }
 
-/// The way in which inching operation 2 stops: from 30 rev/min, with 100 % or 12 %.
+/// The way to a stop of inching operation 2: from 30 rev/min, with 100 % or 12 %.
 fn braking(rig: &mut Rig) -> i32 {
     let [a, v] = ["G07", "G08"].map(|read| rig.number(Command::parse(read.as_bytes()).unwrap()));
     rig.plays("H0700012; H0800030; inch up; wait 3000; inch no-more");
@@ -96,7 +96,7 @@ fn braking(rig: &mut Rig) -> i32 {
     rig.pass(Duration::from_secs(5));
     let way = rig.position() - before;
     rig.plays(&format!("H07{a:05}; H08{v:05}"));
-    // The last speed that shows as 30, and the millisecond, make some increments.
+    // The last speed that shows as 30, and the resolution of a millisecond, cost some increments.
     (way + 20) / 50 * 50
 }
 

@@ -1,4 +1,4 @@
-//! Commands and answers: encoded and parsed again, random bytes, and the time that bytes can take.
+//! Commands and answers: round trips, random bytes, and the time on the line.
 
 use super::random::Random;
 use super::serial_rig::Rig;
@@ -87,7 +87,7 @@ proptest! {
 
     #[test]
     fn an_answer_reads_as_it_was_written((reply, answer) in answers()) {
-        // A binary position that looks like a refusal is not written.
+        // A binary position that looks like a refusal is not encoded.
         let Some(bytes) = answer.encode() else {
             prop_assert!(matches!(answer, Answer::Binary(position) if position > 1_000_000_000));
             return Ok(());
@@ -164,7 +164,7 @@ fn the_first_byte_that_cannot_belong_to_a_command_ends_it() {
         ("\r\n R", &[Ok(Status)][..]),
         ("\r\nF0+0005000\rM", &[Ok(WriteLong(Long::Setpoint, 5000)), Ok(Start)]),
         ("f0-0000001m", &[Ok(WriteLong(Long::Setpoint, -1)), Ok(Start)]),
-        // No line end, sign or letter belongs into a number, and no digit stands where the sign does.
+        // No line end, sign or letter is accepted in a number, and no digit in place of the sign.
         ("F0\rR", &[range, Ok(Status)]),
         ("E+R", &[range, Ok(Status)]),
         ("F-R", &[range, Ok(Status)]),
@@ -184,8 +184,7 @@ fn the_first_byte_that_cannot_belong_to_a_command_ends_it() {
     assert_eq!(decoder.take(b'R'), Some(Ok(Status)));
 }
 
-/// Lets a command through to the drive and its answer back, in no time; returns what becomes of it, and how many
-/// telegrams it took.
+/// Sends a command to the drive and returns its answer, without delay. Returns the event, and the number of telegrams.
 fn exchange(client: &mut Client, drive: &mut SerialDrive, now: &mut Instant, command: Command) -> (Event, u32) {
     client.request(command).unwrap();
     for telegrams in 0.. {
@@ -273,7 +272,7 @@ fn every_parameter_has_commands_that_the_drive_carries_out() {
         };
         assert_eq!(parameter::reading(row).is_some(), row.access.is_readable(), "{row:?}");
         assert!(row.in_object(number).is_some(), "{row:?}");
-        // What is a few bits of the register of flags has few numbers.
+        // A parameter of a few bits in the register of flags has few values.
         let in_range = |number: i64| row.range.is_none_or(|(low, high)| (low..=high).contains(&number));
         let few = |number: &i64| in_range(*number) && parameter::writing(row, *number).is_some();
         let own = if row.number.starts_with('Q') { (0..10).filter(few).collect() } else { vec![number] };

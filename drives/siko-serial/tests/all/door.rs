@@ -1,4 +1,4 @@
-//! The gateway's door against a script: its commands, the drive's answers, and its reports.
+//! The gateway's door with a script: its commands, the drive's answers, and its reports.
 
 use std::io;
 
@@ -31,7 +31,7 @@ impl Rig {
         Rig { door: SerialDoor::new(SETTINGS), now: Instant::ZERO, shown: None }
     }
 
-    /// At rest at 100, with the motor released.
+    /// A drive at rest at 100, with the motor released.
     fn connected() -> Self {
         let mut rig = Rig::new();
         let reports = rig.talk("R:0080> R:0080> R:0080> Z:+0000100> V:+000>");
@@ -45,7 +45,7 @@ impl Rig {
         rig
     }
 
-    /// What is new, without times, and without facts that have not changed, except before the end of a job.
+    /// New reports without times. Unchanged facts are left out, except before the end of a job.
     fn reports(&mut self) -> Vec<Report> {
         let reports: Vec<_> = std::iter::from_fn(|| self.door.poll(self.now)).collect();
         let mut news = Vec::new();
@@ -72,7 +72,7 @@ impl Rig {
         self.door.handle_timeout(self.now);
     }
 
-    /// What is sent next.
+    /// The next telegram.
     #[track_caller]
     fn next(&mut self) -> String {
         for _ in 0..10 {
@@ -89,7 +89,7 @@ impl Rig {
         self.door.handle_bytes(self.now, (answer.replace('_', " ") + end).as_bytes());
     }
 
-    /// What is reported while each telegram before a colon is sent and answered by what stands behind it.
+    /// The reports while each telegram before a colon is sent and answered by the text after it.
     #[track_caller]
     fn talk(&mut self, script: &str) -> Vec<Report> {
         for exchange in script.split_whitespace() {
@@ -103,7 +103,7 @@ impl Rig {
         self.reports()
     }
 
-    /// The same after a job, which begins at once.
+    /// As [`Rig::talk`], after a job, which begins at once.
     #[track_caller]
     fn job(&mut self, job: Job, script: &str) -> Vec<Report> {
         self.door.begin(self.now, job);
@@ -113,7 +113,7 @@ impl Rig {
         self.talk(script)
     }
 
-    /// What is sent within so many milliseconds, and when, to a drive with this status.
+    /// What is sent to a drive with this status within `ms` milliseconds, and when.
     fn sends_within(&mut self, ms: u64, status: &str) -> String {
         let (begin, mut sent) = (self.now, Vec::new());
         while self.door.poll_timeout().unwrap() <= begin + Duration::from_millis(ms) {
@@ -156,7 +156,7 @@ fn a_status_counts_when_it_has_been_read_twice() {
 fn each_status_that_counts_is_reported_as_old_as_the_position_beside_it() {
     let mut rig = Rig::connected();
     let measured = rig.now;
-    // One that is new is read twice, and after noise the first one only shows where the drive is.
+    // A new status is read twice; after noise, the first answer only shows that the drive is there.
     let answers = [("0080>", true), ("0180>", false), ("0080>", true), ("!", false), ("0080>", false), ("0080>", true)];
     for (answer, counts) in answers {
         assert_eq!(rig.next(), "R");
@@ -172,7 +172,7 @@ fn each_status_that_counts_is_reported_as_old_as_the_position_beside_it() {
     }
 }
 
-/// A client that asks for one object after the other, as a backup does.
+/// A client that reads one object after another, as a backup does.
 #[test]
 fn jobs_that_follow_one_another_do_not_make_facts_old() {
     let mut rig = Rig::connected();
@@ -201,7 +201,7 @@ fn jobs_that_follow_one_another_do_not_make_facts_old() {
     }
 }
 
-/// A position that cannot be read gets old, however often the status is.
+/// The facts get old if the position cannot be read, however often the status is.
 #[test]
 fn facts_are_as_old_as_the_oldest_of_them() {
     let mut rig = Rig::connected();
@@ -266,20 +266,20 @@ fn an_order_is_its_commands_and_a_look() {
         let mut rig = Rig::connected();
         let reports = rig.job(order(ordered), &format!("{commands} R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
-        // What is new is read twice here, too.
+        // A new status is read twice here, too.
         let reports = rig.job(order(ordered), &format!("{commands} R:0088> R:0088>"));
         assert_eq!(reports, [facts(0x88, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
     }
     let mut rig = Rig::connected();
     assert_eq!(rig.job(Job::Look, "R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
-    // A look that is under way when an order comes is none after it.
+    // A look that was in progress when an order came does not count after it.
     rig.now = rig.door.poll_timeout().unwrap();
     assert!(rig.door.poll_transmit(rig.now).is_some());
     rig.door.begin(rig.now, order(Order::Resume));
     rig.hears("0080>");
     assert_eq!(rig.reports(), []);
     assert_eq!(rig.talk("M:> R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
-    // There are seven digits.
+    // A position has seven digits.
     let target = Job::Order { order: Order::Start, target: 10_000_000 };
     assert_eq!(rig.job(target, "R:0080>"), [Report::Done(Err(AbortCode::INVALID_VALUE))]);
 }
@@ -300,7 +300,7 @@ fn what_is_refused_is_not_gone_on_with() {
         assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Err(code))]);
         assert_eq!(rig.job(Job::Write(A_POS, 50), &format!("H0300050:?{number}")), [Report::Done(Err(code))]);
     }
-    // What the drive has taken is not what was meant.
+    // The drive has accepted another value than intended.
     let mut rig = Rig::connected();
     let reports = rig.job(order(Order::Start), "F0+0005000:> E0:+0005001> R:0080>");
     assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
@@ -369,7 +369,7 @@ fn objects_are_written_by_commands_and_read_back() {
         assert!(rig.door.has(address));
         let reports = rig.job(Job::Write(address, value), exchanges);
         assert_eq!(reports, [Report::Done(Ok(read))], "{exchanges}");
-        // It may have moved the position, or the window around it.
+        // The write may have changed the position or its window.
         assert!(rig.door.poll_timeout().unwrap() <= rig.now);
         assert_eq!(rig.talk("R:0080>"), []);
     }
@@ -408,7 +408,7 @@ fn what_may_be_done_twice_is_sent_three_times_and_the_rest_once() {
         assert_eq!(rig.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:{trouble}")), failed);
         let calibrate = Job::Write(Address::new(0x1011, 4), LOAD);
         assert_eq!(rig.job(calibrate, &format!("R:0080> S11104:{trouble}")), failed);
-        // So is a status, whatever was asked before.
+        // The same holds for a status, whatever was asked before.
         assert_eq!(rig.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:0080>")), []);
         assert_eq!(rig.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:{trouble}")), [Report::Lost]);
         let begin = rig.now;
@@ -434,7 +434,7 @@ fn values_are_read_in_turn_and_are_no_part_of_a_job_that_comes_meanwhile() {
     rig.wait();
     assert_eq!(rig.talk("R:0010> G03:00050>"), [Report::Done(Ok(50))]);
     assert_eq!(rig.talk("R:0010> V:+030>"), [facts(0x10, 100, 30)]);
-    // A drive that comes back is somewhere else.
+    // A drive that comes back is at another position.
     assert_eq!(rig.talk("R:! R:0080> R:! R:0080> R:!"), [Report::Lost]);
     let reports = rig.talk("R:0080> R:0080> R:0080> Z:+0000007> V:+000>");
     assert_eq!(reports, [facts(0x80, 7, 0)]);
@@ -444,7 +444,7 @@ fn values_are_read_in_turn_and_are_no_part_of_a_job_that_comes_meanwhile() {
 fn a_silent_drive_is_lost_with_what_was_under_way() {
     for job in [Job::Read(A_POS), order(Order::Resume), Job::Look, order(UP)] {
         let mut rig = Rig::moving();
-        // The values are due, and a status is in doubt.
+        // The values are due, and a status is uncertain.
         assert_eq!(rig.sends_within(80, "0010>"), "20R 40R 60R 80R");
         assert_eq!(rig.talk("R:0080>"), []);
         rig.door.begin(rig.now, job);
@@ -488,7 +488,7 @@ fn inching_is_a_character_every_50_ms_until_another_order_or_the_drive_ends_it()
         assert_eq!(rig.job(order(ordered), commands), [facts(0x10, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
         assert!(!rig.sends_within(100, "0010>").contains(','), "{ordered:?}");
     }
-    // Characters that go on would move it again once the fault has been reset.
+    // If the characters went on, they would move the drive again after a reset of the fault.
     for word in ["0100", "0080"] {
         let mut rig = inching();
         assert_eq!(rig.talk(&format!("R:{word}> R:{word}>")).len(), 1);
@@ -500,7 +500,7 @@ fn inching_is_a_character_every_50_ms_until_another_order_or_the_drive_ends_it()
     assert_eq!(rig.sends_within(20, "0080>"), "0. 20R", "the status is read as in motion");
 }
 
-/// A line that notes until when it waits.
+/// A line that records until when it waits.
 struct Noted {
     sent: Vec<u8>,
     until: Option<Instant>,

@@ -1,5 +1,6 @@
-//! Figures 4 and 6 of the manual, in the paths that `tests/verify` does not take, by the client over a line of 9600
-//! baud in virtual time. F0 is the set-point, H08 the velocity of inching, T3 and T4 are how inching operation 2 stops.
+//! Figures 4 and 6 of the manual, on the paths that `tests/verify` does not take, by the client over a line of 9600
+//! baud in virtual time. F0 is the set-point, H08 the velocity of inching; T3 and T4 select how inching operation 2
+//! stops.
 
 use super::serial_rig::{Rig, is};
 use siko_serial::command::{Command, Long};
@@ -20,7 +21,7 @@ fn positioning_follows_figure_4() {
     plays("F0+0005000; M; comes-to arrived; F0+0000000; M; comes-to travelling; I; comes-to over; Z>0");
     plays(&format!("{under_way}; N; comes-to interrupted; I; comes-to over; Z<5000; Z>0"));
     plays(&format!("{under_way}; O; comes-to interrupted; F0-0000100; M; comes-to arrived; W=-100"));
-    // Chapter 2.2.1: parameters that change in between are for the next travel.
+    // Chapter 2.2.1: parameters changed meanwhile apply to the next travel.
     plays(&format!("{under_way}; O; comes-to interrupted; H0400010; M; wait 1000; V>10"));
 }
 
@@ -35,7 +36,7 @@ fn inching_follows_figure_4() {
             let mut rig = Rig::new();
             rig.plays(&format!("H0800030; {setting}; inch {direction}; wait 1000; shows inching; V={}", 30 * sign));
             rig.plays("inch no-more");
-            // The last character counts for 100 ms, in which the drive travels 80 increments.
+            // The last character is valid for 100 ms, in which the drive travels 80 increments.
             let before = rig.position();
             rig.plays("wait 1500; shows over");
             let way = (rig.position() - before) * sign;
@@ -45,7 +46,7 @@ fn inching_follows_figure_4() {
     plays("H0800030; inch up; wait 1000; inch down; wait 1000; V=-30");
 }
 
-/// A stop is not undone by the characters that are still being sent.
+/// A stop remains in force even if characters are still being sent.
 #[test]
 fn characters_that_go_on_after_a_stop_move_nothing() {
     for stop in ["N", "O"] {
@@ -63,7 +64,7 @@ fn velocity_follows_figure_6() {
     }
 }
 
-/// The edge of both figures from anywhere to "Störung".
+/// The edge in both figures from anywhere to "Störung".
 #[test]
 fn a_fault_is_acknowledged_by_s11103() {
     for mode in ["X0", "X1"] {

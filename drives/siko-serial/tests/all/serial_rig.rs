@@ -1,4 +1,4 @@
-//! A simulated drive at the end of a line, and the client at the other.
+//! A simulated drive at one end of a line, and the client at the other.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use std::cmp::Ordering;
@@ -60,8 +60,9 @@ impl Rig {
         is(self.drive.status().unwrap(), pattern)
     }
 
-    /// Carries out a script, whose steps are separated by semicolons. A telegram is done, or, as `M?08`, refused by that error;
-    /// `Z=100`, `Z>100` and `Z<100` compare the number that answers it, `J1:E---------` its letters. The other words are below.
+    /// Carries out a script, whose steps are separated by semicolons. A telegram must be carried out or, as in `M?08`,
+    /// refused with that error. `Z=100`, `Z>100` and `Z<100` compare the number in the answer, `J1:E---------` its
+    /// letters. The other words are below.
     #[track_caller]
     pub(crate) fn plays(&mut self, script: &str) {
         for step in script.split(';').map(str::trim).filter(|step| !step.is_empty()) {
@@ -89,7 +90,7 @@ impl Rig {
         }
     }
 
-    /// A telegram and what answers it.
+    /// A telegram and its answer.
     #[track_caller]
     fn exchanges(&mut self, text: &str) {
         let at = text.find(['?', '=', '<', '>', ':']).unwrap_or(text.len());
@@ -127,7 +128,7 @@ impl Rig {
         self.frame(CobId::NMT, &[command, 0]);
     }
 
-    /// Waits for a pattern of a flow chart.
+    /// Waits until a status matches a pattern of a flow chart.
     #[track_caller]
     pub(crate) fn reaches(&mut self, pattern: &str) {
         let reached = self.drive.await_status(Duration::from_secs(60), |word| is(word, pattern)).unwrap();
@@ -139,7 +140,7 @@ impl Rig {
         self.drive.wait(span).unwrap();
     }
 
-    /// Where the drive is, without asking it.
+    /// The true position of the drive.
     pub(crate) fn position(&mut self) -> i32 {
         self.drive.line().with_drive(|drive, now| drive.drive().position(now))
     }
@@ -149,7 +150,7 @@ impl Rig {
     }
 }
 
-/// The boxes of figures 4 and 6 by name, or a pattern as it is.
+/// Resolves a box of figures 4 and 6 by name; returns a pattern as it is.
 fn pattern(words: &[&str]) -> String {
     match words {
         ["travelling"] => "x1xx 10x0 0001 0000",
@@ -167,7 +168,7 @@ fn pattern(words: &[&str]) -> String {
     .to_owned()
 }
 
-/// Whether a word is as a pattern of 0, 1 and x.
+/// Whether a word matches a pattern of 0, 1 and x.
 pub(crate) fn is(word: u16, pattern: &str) -> bool {
     let digits: Vec<char> = pattern.chars().filter(|digit| !digit.is_whitespace()).collect();
     assert_eq!(digits.len(), 16);
@@ -182,7 +183,7 @@ pub(crate) enum Error {
     Refused(ErrorNumber),
 }
 
-/// A program that sends one command after the other, each until its answer.
+/// A program that sends commands one by one, each after the answer to the previous one.
 pub(crate) struct Connection<L> {
     line: L,
     client: Client,
@@ -221,7 +222,7 @@ impl<L: Line> Connection<L> {
         }
     }
 
-    /// Asks for the status every 20 ms until it is as `wanted`; none when it is not so within `span`.
+    /// Reads the status every 20 ms until it is as `wanted`; `None` if that does not happen within `span`.
     pub(crate) fn await_status(&mut self, span: Duration, wanted: impl Fn(u16) -> bool) -> Result<Option<u16>, Error> {
         let until = self.line.now() + span;
         loop {
@@ -244,7 +245,7 @@ impl<L: Line> Connection<L> {
         self.client.stop_inching();
     }
 
-    /// Waits, and goes on inching.
+    /// Waits, while inching goes on.
     pub(crate) fn wait(&mut self, span: Duration) -> Result<(), Error> {
         let until = self.line.now() + span;
         while self.line.now() < until {
@@ -255,7 +256,7 @@ impl<L: Line> Connection<L> {
         Ok(())
     }
 
-    /// Sends what is to be sent, and waits for bytes or a deadline.
+    /// Sends all that is due, and waits for bytes or a deadline.
     fn turn(&mut self, until: Instant) -> Result<Option<Event>, Error> {
         while let Some(telegram) = self.client.poll_transmit(self.line.now()) {
             self.line.send(telegram.as_bytes()).map_err(Error::Line)?;

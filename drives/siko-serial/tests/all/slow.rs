@@ -8,7 +8,7 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, NODE, SerialLink};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
-/// A drive that begins to answer after so many milliseconds, at 9600 baud.
+/// A link to a drive at 9600 baud that begins to answer after this many milliseconds.
 fn link(reaction: u64, echo: bool) -> SerialLink<VirtualLine> {
     let settings = Settings { echo, ..Settings::default() };
     let line = VirtualLine::with_settings(SerialDrive::default(), settings);
@@ -28,7 +28,7 @@ fn travels(link: SerialLink<VirtualLine>) -> Result<(), Error> {
     drive.disable()
 }
 
-/// Through whatever a link is lent by; a bus adds nothing.
+/// Whatever wraps the link reports the same latency; a bus adds nothing.
 #[test]
 fn a_link_has_the_latency_of_its_door() {
     let link = link(0, false);
@@ -56,6 +56,6 @@ async fn the_tokio_driver_drives_it_too() {
     let mut drive = Drive::connect_unprotected(network.clone(), NODE).await.unwrap();
     drive.enable().await.unwrap();
     assert_eq!(drive.move_to(2000).await.unwrap(), Outcome::Reached { position: 2000 });
-    // The network's own reading waits as long.
+    // The network's own read waits as long.
     assert_eq!(network.read(NODE, od::MOTOR_PARAMETER_SET.a_pos()).await.unwrap(), od::Acceleration(50));
 }

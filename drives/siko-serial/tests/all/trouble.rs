@@ -11,7 +11,7 @@ use siko_serial::command::{Command, Long, Setting, Short};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 use siko_serial::{Line, Settings};
 
-/// A line whose bytes go through a function on their way, each with its number.
+/// A line whose bytes pass through a function, each with its number.
 struct Damaged<F, G> {
     line: VirtualLine,
     to_drive: F,
@@ -48,7 +48,7 @@ impl<F: FnMut(usize, u8) -> Option<u8>, G: FnMut(usize, u8) -> Option<u8>> Line 
     }
 }
 
-/// The bytes before the first command: `R` and its answer.
+/// The numbers of the bytes before the first command: `R` and its answer.
 const PROBE: [usize; 2] = [1, 6];
 
 fn connection<F, G>(to_drive: F, to_client: G) -> Connection<Damaged<F, G>>
@@ -71,7 +71,7 @@ fn check<T>(result: Result<T, Error>, trouble: Trouble) {
 
 #[test]
 fn each_byte_of_an_answer_may_be_damaged_lost_or_followed_by_another_one() {
-    // The answer to `E1` is "+1000000>\r". A digit that is another digit cannot be noticed.
+    // The answer to `E1` is "+1000000>\r". A digit replaced by another digit cannot be noticed.
     for at in PROBE[1]..PROBE[1] + 10 {
         let mut damaged =
             connection(|_, byte| Some(byte), move |number, byte| Some(if number == at { !byte } else { byte }));
@@ -89,9 +89,9 @@ fn each_byte_of_a_command_may_be_lost_and_nothing_moves_by_what_is_left() {
     for at in PROBE[0]..PROBE[0] + 10 {
         let mut cut = connection(move |number, byte| (number != at).then_some(byte), |_, byte| Some(byte));
         match cut.request(command) {
-            // The letter is lost: each digit is answered by an error, while the command is still on the line.
+            // The letter is lost: each digit is answered by an error while the command is still on the line.
             Err(Error::Trouble(Trouble::Garbled)) if at == PROBE[0] => {}
-            // The sign is lost: the drive refuses the digit in its place, and some of those that follow.
+            // The sign is lost: the drive refuses the digit in its place, and some of the following digits.
             Err(Error::Trouble(_)) => {}
             other => panic!("{at}: {other:?}"),
         }
@@ -101,7 +101,8 @@ fn each_byte_of_a_command_may_be_lost_and_nothing_moves_by_what_is_left() {
     }
 }
 
-/// The digits of a command without its letter are refused one by one, and none of that answers the next command.
+/// The digits of a command without its letter are refused one by one, but none of these answers counts for the next
+/// command.
 #[test]
 fn what_answers_a_part_of_a_command_answers_no_other_one() {
     let commands =
@@ -143,14 +144,15 @@ fn foreign_bytes_between_and_in_answers_are_noticed() {
     let mut rig = Rig::new();
     rig.done(Command::WriteLong(Long::Setpoint, 5000));
     for noise in [&b"x"[..], b">\r", b"?04\r", b"+0000001>\r", b"\x00\xFF", &[0x55; 100]] {
-        // Between: before the next command, what has come is thrown away.
+        // Between commands: bytes that have come are discarded before the next command.
         rig.drive.line().disturb(noise);
         rig.pass(Duration::from_millis(200));
         assert_eq!(rig.drive.number(Command::ReadLong(Long::Setpoint)).ok(), Some(5000), "{noise:?}");
-        // In the answer.
+        // Within the answer.
         rig.drive.line().disturb(noise);
         match rig.drive.request(Command::Velocity) {
-            // Noise that is a whole refusal is taken for one; then the answer comes while nothing or another is expected.
+            // Noise that forms a whole refusal is taken for one; then the answer comes while none or another one is
+            // expected.
             Err(Error::Refused(_)) => check(rig.drive.status(), Trouble::Garbled),
             Err(Error::Trouble(Trouble::Garbled)) => {}
             other => panic!("{noise:?}: {other:?}"),
@@ -159,7 +161,7 @@ fn foreign_bytes_between_and_in_answers_are_noticed() {
     }
 }
 
-/// Chapter 6 says that `W` is not followed by CR, and table 3 that it is.
+/// According to chapter 6, `W` is not followed by CR; according to table 3, it is.
 #[test]
 fn a_cr_behind_the_answer_to_w_does_no_harm() {
     let mut rig = Rig::new();
@@ -173,7 +175,7 @@ fn a_cr_behind_the_answer_to_w_does_no_harm() {
     assert!(rig.drive.line().now().since(begin) < Duration::from_millis(60), "it was not asked for its status");
 }
 
-/// An answer that comes after its time is not taken for that to the next command.
+/// A late answer is not taken for the answer to the next command.
 #[test]
 fn a_late_answer_is_not_that_to_another_command() {
     let mut client = Client::new(Settings::default());
@@ -190,7 +192,7 @@ fn a_late_answer_is_not_that_to_another_command() {
     assert_eq!(after(&mut client, &mut now), Some(Event::Failed(Trouble::TimedOut)));
     client.request(Command::Status).unwrap();
     assert_eq!(client.poll_transmit(now).unwrap().as_bytes(), b"R");
-    // The late one, and the one that is asked for.
+    // The late answer, and the one to the request.
     assert_eq!(client.handle_bytes(now, b"0080>\r0880>\r"), None);
     assert_eq!((after(&mut client, &mut now), client.poll_transmit(now).unwrap().as_bytes()), (None, &b"R"[..]));
     assert_eq!(client.handle_bytes(now, b"0880>\r"), None);
@@ -230,7 +232,7 @@ fn after_a_foreign_byte_or_an_abandoned_command_the_status_is_asked_for() {
     assert_eq!(sent(&mut client, now), b"R");
 }
 
-/// While a command is on the line, only a part of it can have been answered.
+/// While a command is still on the line, only a part of it can have been answered.
 #[test]
 fn an_answer_to_a_command_that_is_still_on_its_way_counts_if_nothing_follows() {
     for (answer, follows) in [(&b">\r"[..], &b""[..]), (b">\r", b"?01\r"), (b"?01\r", b""), (b"?01\r", b"?01\r")] {
@@ -238,7 +240,7 @@ fn an_answer_to_a_command_that_is_still_on_its_way_counts_if_nothing_follows() {
         client.request(Command::WriteShort(Short::VPos, 7)).unwrap();
         assert_eq!(sent(&mut client, now), b"H0400007");
         assert_eq!(client.handle_bytes(now, answer), None);
-        // The last byte is on the line after seven others, and an answer has two at least.
+        // The last byte is sent after seven others, and an answer has at least two bytes.
         let due = client.poll_timeout().unwrap();
         let bytes = |count| now + client.settings().on_line(count);
         assert_eq!(due.since(bytes(7)), client.settings().on_line(2));
@@ -251,7 +253,7 @@ fn an_answer_to_a_command_that_is_still_on_its_way_counts_if_nothing_follows() {
 
 #[test]
 fn what_is_foreign_is_listened_to_until_the_line_is_quiet_or_the_time_is_over() {
-    // A CR is left out before an answer, and not in it.
+    // A CR is skipped before an answer, but not within it.
     let (mut client, now) = synchronised();
     client.request(Command::Status).unwrap();
     sent(&mut client, now);
@@ -272,11 +274,11 @@ fn a_wait_for_a_status_ends_in_time() {
     let begin = rig.drive.line().now();
     assert_eq!(rig.drive.await_status(Duration::from_millis(100), |_| false).unwrap(), None);
     let spent = rig.drive.line().now().since(begin);
-    // Five times the status, and 20 ms between them.
+    // The status five times, with 20 ms in between.
     assert_eq!(spent.as_micros() / 1000, 80 + 5 * 7 * 10_000 / 9600);
 }
 
-/// Also while such a character is on the line.
+/// Even while such a character is on the line.
 #[test]
 fn a_command_between_characters_of_inching_is_taken_at_any_time() {
     let mut rig = Rig::new();
@@ -307,7 +309,7 @@ fn an_adapter_that_returns_what_is_sent_is_understood() {
     rig.drive.start_inching(Direction::Positive);
     rig.pass(Duration::from_secs(1));
     assert!(rig.number(Command::Velocity) > 0);
-    // A client that expects none, and one that expects one that does not come.
+    // A client that does not expect an echo, and one that expects an echo that does not come.
     for (line, client) in [(settings, Settings::default()), (Settings::default(), settings)] {
         let line = VirtualLine::with_settings(SerialDrive::default(), line);
         let mut drive = Connection::new(line, client);
@@ -328,7 +330,7 @@ fn an_exchange_takes_as_long_as_its_bytes_and_no_longer_than_its_time_out() {
         assert!(spent + Duration::from_micros(2) >= settings.on_line(11) && spent <= settings.on_line(11), "{spent:?}");
         assert_eq!(settings.exchange(1, Reply::Long), settings.on_line(11) + settings.reaction);
     }
-    // Ten bits a byte.
+    // Ten bits for a byte.
     assert_eq!(Settings { baud: 10, ..Settings::default() }.on_line(100), Duration::from_secs(100));
 }
 
@@ -381,7 +383,7 @@ fn trouble_ends_inching() {
     rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_on(now));
     rig.pass(Duration::from_secs(1));
     assert_eq!(rig.number(Command::Velocity), 0);
-    // Before it begins, the drive is asked whether it is there.
+    // Before the command, the client checks that the drive is there.
     rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
     check(rig.drive.status(), Trouble::TimedOut);
     rig.drive.start_inching(Direction::Positive);

@@ -1,5 +1,5 @@
-//! Random orders of an application, and random events at the drive: a driver that is dropped leaves the drive standing,
-//! and so does every order that stops.
+//! Random orders of an application, and random events at the drive: when a driver is dropped, and after every order
+//! that stops, the drive stands.
 
 use std::sync::{Arc, Mutex};
 
@@ -42,7 +42,8 @@ enum Happening {
 }
 
 impl Happening {
-    /// Whether a drive in this state stands once the driver has done it. Disabling leaves one without torque as it is.
+    /// Whether a drive in this state stands after the driver has done this. Disabling does not change a drive without
+    /// torque.
     fn stops(&self, state: State) -> bool {
         match self {
             Happening::Disable => state == State::OperationEnabled,
@@ -159,7 +160,7 @@ proptest! {
         drive.write(set.a_rot(), od::Acceleration(speeds.3)).expect("an acceleration");
         drive.enable().expect("it is well");
         for happening in &happenings {
-            // The outcome may be any, but what is reported as over is over.
+            // Any outcome is allowed, but what is reported as over must be over.
             let state = rig.simulated.lock().unwrap().state();
             let result = rig.let_happen(&mut drive, happening);
             if result.is_ok() && happening.stops(state) {
@@ -168,7 +169,7 @@ proptest! {
             }
         }
         drop(drive);
-        // 200 rev/min with 5 % of 4 rev/s² take 17 s.
+        // From 200 rev/min with 5 % of 4 rev/s² it takes 17 s.
         for span in [20, 20] {
             rig.bus.advance(Duration::from_secs(span));
             let velocity = rig.simulated.lock().unwrap().shaft(rig.bus.now()).velocity;

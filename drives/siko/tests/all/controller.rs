@@ -1,4 +1,4 @@
-//! The simulated controller without a bus: what cannot be seen on a bus. All else is tested by `tests/verify`.
+//! The simulated controller without a bus: what cannot be seen on a bus. `tests/verify` tests everything else.
 
 use lexican_runtime::{Duration, Instant};
 use siko_ag03_1::fault::{self, register};
@@ -10,7 +10,7 @@ use siko_ag03_1::sim::parameters::Parameters;
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::control;
 
-/// A controller and the time it is.
+/// A controller and the present time.
 struct Rig {
     controller: Controller,
     now: Instant,
@@ -24,7 +24,7 @@ impl Rig {
         Rig { controller: Controller::new(&MODEL, now, parameters, inputs, 0), now, parameters, inputs }
     }
 
-    /// In OPERATION ENABLED, by the control words of the examples.
+    /// A drive in OPERATION ENABLED, by the control words of the examples.
     fn enabled(parameters: Parameters) -> Self {
         let mut rig = Rig::new(parameters);
         rig.controller.set_network(rig.now, Network::Operational);
@@ -111,7 +111,7 @@ fn the_words_change_only_when_announced() {
     panic!("the drive does not come to rest");
 }
 
-/// What stops or resumes a travel does nothing where there is nothing to stop or to resume.
+/// Orders that stop or resume a travel have no effect if there is none to stop or resume.
 #[test]
 fn only_a_travel_under_way_is_interrupted_and_only_once() {
     let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
@@ -120,7 +120,7 @@ fn only_a_travel_under_way_is_interrupted_and_only_once() {
     motion.move_to(ms(0), -1000.0, parameters.positioning(), parameters.by_loop());
     assert_eq!(motion.next_change(ms(1), |_| ()).map(|at| motion.state(at).position), Some(-21_000.0));
     let end = motion.rest_at().unwrap();
-    // The turn is behind it.
+    // The turn is over by then.
     let before_the_end = Instant::ZERO + Duration::from_micros(end.as_micros() - 1_000_000);
     motion.resume(before_the_end);
     assert_eq!(motion.rest_at(), Some(end));
@@ -168,7 +168,7 @@ fn emergencies_have_the_bits_of_what_they_report() {
     assert_eq!((rig.controller.next_emergency(), rig.controller.next_emergency()), (Some(none), None));
 }
 
-/// Before any time has passed; 600 mA are 30 %.
+/// Without any time passing; 600 mA are 30 %.
 #[test]
 fn words_and_parameters_take_effect_at_once() {
     let mut rig = Rig::enabled(Parameters { torque_deactivation: 29, ..Parameters::default() });

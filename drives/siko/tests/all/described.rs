@@ -1,4 +1,4 @@
-//! A drive that is described at run time is driven by that description, in each way to connect.
+//! A drive described at run time is driven by that description, whichever way it is connected.
 
 use lexican_driver::description::Description;
 use lexican_driver::sequence::Recovery;
@@ -14,7 +14,7 @@ const NODE: NodeId = NodeId::literal(5);
 const RECOVERY: Recovery = Recovery::within(Duration::from_secs(1));
 const SUPERVISION: Supervision = Supervision::within(Duration::from_secs(1));
 
-/// What a drive is protected by, or why it is not connected to.
+/// How a drive is protected, or why it cannot be connected.
 type Connected = Result<Protection, Error>;
 
 /// An AG03/1.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-/// A link on which others send without end: each read returns a frame. A frame takes 100 µs.
+/// A link on which others send without end: each read returns a frame, which takes 100 µs.
 pub(crate) struct Flooded {
     link: VirtualLink,
     sent: Arc<Mutex<Vec<String>>>,

@@ -1,4 +1,4 @@
-//! SIKO's simulated drives, the gateway and the driver over them, in virtual time.
+//! SIKO's simulated drives, and the gateway and the driver with them, in virtual time.
 
 mod any_orders;
 mod commissioning;

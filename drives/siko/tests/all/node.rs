@@ -1,4 +1,5 @@
-//! The simulated drive as a node of a bus: what it hears, what it sends by itself, and what happens to it from outside.
+//! The simulated drive as a node of a bus: what it receives, what it sends by itself, and how it reacts to outside
+//! events.
 
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
@@ -16,7 +17,7 @@ fn world(rig: &Rig, change: impl FnOnce(&mut Inputs)) {
     rig.see(|drive, now| drive.set_inputs(now, change));
 }
 
-/// TPDO3 is sent on change; it is between two turns of the event timer, and the inhibit time has passed.
+/// TPDO3 is sent on change; between two periods of the event timer, after the inhibit time.
 fn on_change() -> Rig {
     let mut rig = Rig::new();
     assert_eq!(rig.write(0x1802, 2, &[254]), None);
@@ -70,7 +71,7 @@ fn only_what_an_sdo_brings_is_no_command() {
     assert_eq!(rig.state(), State::ReadyToSwitchOn);
 }
 
-/// An order, or a change of who has command, sends the status word without another event.
+/// An order, or a change of control authority, sends the status word without another event.
 #[test]
 fn what_another_interface_does_is_sent_on_change() {
     let mut rig = on_change();
@@ -134,7 +135,7 @@ fn a_drive_whose_bus_takes_its_power_starts_anew_when_it_has_it_again() {
     assert_eq!(state(&rig), NmtState::Operational);
 }
 
-/// Where the bus writes nothing, the drive itself may (STOPPED, and while it starts).
+/// While the bus cannot write (in STOPPED, and at start-up), the drive itself can.
 #[test]
 fn what_the_bus_may_not_write_then_the_drive_may() {
     let mut rig = Rig::new();

@@ -1,4 +1,4 @@
-//! The simulated drive's EEPROM as a file, and the effect of its switches on a link.
+//! The simulated drive's EEPROM as a file, and how its switches affect a link.
 
 use std::path::PathBuf;
 
@@ -22,7 +22,7 @@ impl Rig {
     }
 }
 
-/// A file in the folder for temporary ones, which goes when the test is over.
+/// A file in the temporary folder, deleted after the test.
 struct File(PathBuf);
 
 impl File {
@@ -115,7 +115,7 @@ fn a_file_that_cannot_be_written_is_told_of() {
     assert!(trouble.starts_with(&nowhere.display().to_string()), "{trouble}");
 }
 
-/// What a link that leaves out other frames has to know, and when.
+/// A link that filters frames must know what concerns the drive, and when that changes.
 #[test]
 fn what_concerns_the_drive_follows_its_switches() {
     let mut rig = Rig::new();

@@ -14,7 +14,7 @@ use simulator::script::Takes;
 use super::support::{NODE, Rig};
 
 impl Rig {
-    /// The steps below one `[[step]]`, or a whole script.
+    /// A drive that follows steps after one `[[step]]`, or a whole script.
     #[track_caller]
     fn scripted(script: &str) -> Self {
         let whole = if script.contains("[[step]]") { script.to_owned() } else { format!("[[step]]\n{script}\n") };
@@ -24,7 +24,7 @@ impl Rig {
         Rig::of(drive)
     }
 
-    /// With the drive enabled, and under way to 5000 since 0 ms.
+    /// A drive that is enabled, and travels to 5000 since 0 ms.
     fn travelling(script: &str) -> Self {
         let mut rig = Rig::scripted(script);
         rig.pass(0);
@@ -34,7 +34,7 @@ impl Rig {
     }
 }
 
-/// What a step does to the world of a drive, at once.
+/// Checks how a step changes the inputs of a drive, at once.
 #[track_caller]
 fn changes(step: &str, change: impl FnOnce(&mut Inputs)) {
     let mut expected = Inputs::default();
@@ -130,7 +130,7 @@ fn switches_can_be_set_and_are_read_at_power_on() {
         assert_eq!(switches(&format!("restore = \"{name}\"")).restore(), restore);
     }
     assert_eq!(Rig::scripted("node = 7").see(|drive, _| drive.node().get()), 5);
-    // The keys of a step take effect in one order, which is not that in which they are written.
+    // The keys of a step take effect in a fixed order, not in the written one.
     assert_eq!(Rig::scripted("power = \"cycle\"\nnode = 7").see(|drive, _| drive.node().get()), 7);
 }
 
@@ -150,7 +150,7 @@ fn a_shaft_can_be_turned_when_nothing_holds_it() {
     assert_eq!(rig.see(|drive, now| drive.position(now)), 5000, "the motor holds its position");
 }
 
-/// When the step with this condition happens to a drive that travels from 0 to 5000 in 6.5 s.
+/// Checks when the condition of a step becomes true for a drive that travels from 0 to 5000 in 6.5 s.
 #[track_caller]
 fn comes_after(condition: &str, ms: u64) {
     let mut rig = Rig::travelling(&format!("when = \"{condition}\"\nload_ma = 1"));
@@ -246,7 +246,7 @@ fn the_examples_can_be_read_and_come_to_their_end() {
         let text = std::fs::read_to_string(&path).unwrap();
         let mut rig = Rig::travelling(&text);
         for _ in 0..240 {
-            // After a reported fault, the driver resets it and travels on, there and back.
+            // After a reported fault, the manager resets it, and travels there and back again.
             rig.pass(500);
             for word in [0x00, 0x80, 0x06, 0x07, 0x0F] {
                 if rig.see(|drive, _| drive.state() != State::OperationEnabled) {
@@ -261,7 +261,7 @@ fn the_examples_can_be_read_and_come_to_their_end() {
     }
 }
 
-/// The line of an error, and its text.
+/// Checks the line and the text of an error.
 #[track_caller]
 fn refused(script: &str, line: usize, expected: &str) {
     let error = Script::from_toml(&MODEL, script).expect_err(script);
@@ -340,7 +340,7 @@ fn values_that_cannot_be_are_refused() {
     assert!(error.remedy.starts_with("write \"moving\", ") && error.remedy.ends_with(" or \"position below 0\""));
 }
 
-/// Keys and values of scripts, and what cannot be one.
+/// Keys and values of scripts, including invalid ones.
 fn lines() -> impl Strategy<Value = String> {
     let keys = prop::sample::select(vec![
         "[[step]]",
@@ -416,7 +416,7 @@ proptest! {
         rig.drive.lock().unwrap().follow(rig.bus.now(), script);
         rig.pass(2000 * steps as u64);
         prop_assert_eq!(rig.see(|drive, _| drive.steps_left()), 0);
-        // It can be mended in each case.
+        // Each error can be corrected.
         let now = rig.bus.now();
         let mut drive = rig.drive.lock().unwrap();
         drive.apply(now, Change::ClearAll);
@@ -429,7 +429,7 @@ proptest! {
     }
 }
 
-/// A table of buttons cannot ask for what the drive refuses, and shows what it has done.
+/// A table of buttons cannot request what the drive refuses, and shows the effect.
 #[test]
 fn each_input_takes_what_it_says() {
     for model in [&MODEL, &siko_ag02::sim::MODEL] {
@@ -452,7 +452,7 @@ fn each_input_takes_what_it_says() {
                 let now = inputs(&drive).into_iter().find(|now| now.name == input.name).unwrap().value;
                 assert!(input.value.is_none() || now == Some(value), "{line}: {now:?}");
                 if let Some(value) = &input.value {
-                    // The world is as it was, for the next one.
+                    // Restores the input for the next one.
                     let script = step(&input.line(value)).unwrap_or_else(|error| panic!("{value}: {error}"));
                     script.steps()[0].changes.iter().for_each(|change| drive.apply(Instant::ZERO, *change));
                 }

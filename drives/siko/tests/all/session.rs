@@ -1,4 +1,4 @@
-//! The sequences in a shell of the test: two drives at once, in one thread.
+//! The sequences in the test's own shell: two drives at once, in one thread.
 
 use std::future::Future;
 use std::pin::{Pin, pin};
@@ -16,7 +16,7 @@ async fn visit(context: DriveContext, target: i32) -> Result<Outcome, Error> {
     sequence::finish(&context, Duration::from_secs(60), &mut |_| {}).await
 }
 
-/// Runs all sequences on one link, until each has ended.
+/// Runs all sequences on one link until each has ended.
 fn join<F: Future>(link: &mut impl Link, mut pairs: Vec<(Session, Pin<&mut F>)>) -> Vec<F::Output> {
     let mut outcomes: Vec<Option<F::Output>> = pairs.iter().map(|_| None).collect();
     loop {
@@ -62,7 +62,7 @@ fn two_drives_travel_at_once_from_one_thread() {
     assert!(bus.now().since(before) < Duration::from_secs(7));
 }
 
-/// What an executor with several threads asks of a future.
+/// An executor with several threads requires this of a future.
 #[test]
 fn sequences_can_move_between_threads() {
     fn check(_: impl Send) {}

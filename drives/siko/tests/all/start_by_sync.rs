@@ -22,7 +22,7 @@ struct Rig {
 }
 
 impl Rig {
-    /// An AG03/1 and an AG02, enabled, that hold their targets until SYNC.
+    /// An AG03/1 and an AG02, enabled, which hold their targets until SYNC.
     fn new() -> Self {
         let kinds: [(&'static Description, &'static Model); 2] = [
             (&siko_ag03_1::driver::AG03_1, &siko_ag03_1::sim::MODEL),
@@ -42,7 +42,7 @@ impl Rig {
         rig
     }
 
-    /// Sends SYNC, and lets a while pass.
+    /// Sends SYNC, and lets some time pass.
     fn sync(&self) {
         self.bus.link().send(&Frame::new(CobId::SYNC, &[]).unwrap()).unwrap();
         self.pass();
@@ -52,7 +52,7 @@ impl Rig {
         self.bus.advance(Duration::from_millis(700));
     }
 
-    /// Where the drives are.
+    /// The positions of the drives.
     fn positions(&self) -> Vec<i32> {
         self.simulated.iter().map(|drive| drive.lock().unwrap().position(self.bus.now())).collect()
     }
@@ -77,7 +77,7 @@ fn sync_releases_all_drives_that_have_been_prepared() {
     }
 }
 
-/// A drive has no way to show that it holds an order; and SYNC may come from elsewhere, at any time.
+/// A drive cannot show that it holds an order, and SYNC may come from elsewhere at any time.
 #[test]
 fn a_target_that_has_been_taken_back_is_not_released_by_a_later_sync() {
     let ways: [(&str, Operation); 6] = [
@@ -128,7 +128,7 @@ fn a_drive_that_is_dropped_with_its_target_does_not_start_later() {
 
 #[test]
 fn what_would_start_at_once_or_cannot_wait_is_refused() {
-    /// The drive that takes its orders by SDO.
+    /// The drive with its orders by SDO.
     static BY_SDO: Description = {
         let mut description = siko_ag03_1::driver::AG03_1;
         description.outputs = lexican_driver::description::Outputs::BY_SDO;

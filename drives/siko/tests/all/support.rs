@@ -1,5 +1,5 @@
-//! A simulated drive on a bus of its own, for the tests that look at frames. They are written as `cansend` does, and
-//! the drive is node 5.
+//! A simulated drive on a bus of its own, for tests that look at frames. Frames are written as for `cansend`, and the
+//! drive is node 5.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use std::sync::{Arc, Mutex};
@@ -24,7 +24,7 @@ pub(crate) fn frame(text: &str) -> Frame {
 }
 
 impl Rig {
-    /// The drive has been powered on, and nothing has been heard of it.
+    /// A drive that has been switched on, before anything is received from it.
     pub(crate) fn of(drive: SimulatedDrive) -> Self {
         let bus = VirtualBus::new();
         let drive = Arc::new(Mutex::new(drive));
@@ -45,7 +45,7 @@ impl Rig {
         rig
     }
 
-    /// Lets time pass; what is heard meanwhile.
+    /// Lets time pass. Returns the frames received meanwhile.
     pub(crate) fn pass(&mut self, ms: u64) -> Vec<String> {
         let until = self.bus.now() + Duration::from_millis(ms);
         std::iter::from_fn(|| self.link.receive_frame(until).unwrap()).map(|frame| frame.to_string()).collect()
@@ -59,13 +59,13 @@ impl Rig {
         self.link.send(&frame(text)).unwrap();
     }
 
-    /// Sends a frame, and what comes at once.
+    /// Sends a frame. Returns the frames that come at once.
     pub(crate) fn ask(&mut self, text: &str) -> Vec<String> {
         self.send(text);
         self.pass(0)
     }
 
-    /// Writes by SDO; the abort code, if there is one.
+    /// Writes by SDO. Returns the abort code, if any.
     pub(crate) fn write(&mut self, index: u16, sub: u8, data: &[u8]) -> Option<u32> {
         let mut bytes = [0; 8];
         bytes[0] = 0x23 | (4 - data.len() as u8) << 2;
@@ -103,7 +103,7 @@ impl Rig {
         self.see(|drive, _| drive.state())
     }
 
-    /// NMT OPERATIONAL, and OPERATION ENABLED by the control words of the examples.
+    /// Enters NMT OPERATIONAL, and OPERATION ENABLED by the control words of the examples.
     pub(crate) fn enable(&mut self) {
         for text in ["000#0105", "205#0601", "205#0701", "205#0F01"] {
             self.send(text);

@@ -1,4 +1,4 @@
-//! The tokio driver: it does the same as the blocking one, for several drives at once.
+//! The tokio driver: the same as the blocking one, for several drives at once.
 
 use std::future::{Future, poll_fn};
 use std::pin::pin;
@@ -68,7 +68,7 @@ async fn two_drives_travel_at_once_on_one_network() {
     assert_eq!(second.unwrap(), Outcome::Reached { position: -3000 });
 }
 
-/// An error that leaves the drive moving says so.
+/// If an error leaves the drive moving, the error says so.
 #[tokio::test]
 async fn silence_is_noticed_while_the_drive_moves() {
     let (bus, network, simulated) = network(&[5]);
@@ -84,7 +84,7 @@ async fn silence_is_noticed_while_the_drive_moves() {
 async fn a_sequence_is_polled_when_something_has_happened() {
     let (_, network, _) = network(&[5]);
     let mut drive = Drive::connect_unprotected(network, NODE).await.unwrap();
-    // It sends nothing any more unless something changes.
+    // From now on, the drive sends nothing unless something changes.
     drive.write(od::TPDO1_PARAMETER.event_timer(), od::Interval(0)).await.unwrap();
     drive.pass(Duration::from_secs(1)).await.unwrap();
     let mut polls = 0;
@@ -116,7 +116,7 @@ async fn life_guarding_is_armed_and_kept_going() {
     for _ in 0..10 {
         tokio::task::yield_now().await;
     }
-    // The network has ended with its last handle.
+    // The network has ended with its last handle, so no guarding requests come.
     bus.advance(Duration::from_secs(2));
     assert_eq!(simulated[0].lock().unwrap().state(), State::SwitchOnDisabled);
 }
@@ -168,7 +168,7 @@ async fn a_moving_drive_that_is_dropped_under_a_flood_is_sent_its_stop_first() {
     assert_eq!(sent.lock().unwrap().first().map(String::as_str), Some("205#0F01"));
 }
 
-/// A link that keeps a record of what is sent.
+/// A link that records the sent frames.
 struct Recorder {
     link: VirtualLink,
     sent: Arc<Mutex<Vec<String>>>,
@@ -189,7 +189,7 @@ impl Link for Recorder {
     }
 }
 
-/// A drive that is enabled, and the record of what is sent to it.
+/// An enabled drive, and the record of the frames sent to it.
 async fn recorded() -> (Drive, Arc<Mutex<Vec<String>>>) {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(SimulatedDrive::new(&MODEL, NodeId::literal(5)));
@@ -222,7 +222,7 @@ enum Order {
 }
 
 impl Order {
-    /// How the frame begins that moves the drive.
+    /// The beginning of the frame that moves the drive.
     fn starts(self) -> &'static str {
         match self {
             Order::Inch => "205#0F40",
@@ -232,7 +232,7 @@ impl Order {
         }
     }
 
-    /// The frame that stops it.
+    /// The frame that stops the drive.
     fn stops(self) -> &'static str {
         match self {
             Order::Step => "205#0201",
@@ -250,7 +250,7 @@ impl Order {
     }
 }
 
-/// Gives an order, and drops it after so many polls, and the drive with it; whether the order was over by then.
+/// Gives an order, and drops it and the drive after this many polls. Returns whether the order was over by then.
 async fn cancelled(order: Order, polls: u32) -> bool {
     let (mut drive, sent) = recorded().await;
     if let Order::Run = order {
@@ -287,7 +287,7 @@ async fn an_order_that_is_cancelled_at_any_await_does_not_start_the_drive_later(
         let mut polls = 1;
         while !cancelled(order, polls).await {
             polls += 1;
-            // Velocity mode goes on for long after its order.
+            // Velocity mode runs on long after its order.
             if polls > 100 {
                 break;
             }

@@ -1,4 +1,4 @@
-//! The driver in trouble: a fault at every frame, a lost frame at every frame, random frames.
+//! The driver in trouble: a fault at every frame, every frame lost in turn, random frames.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use siko_ag03_1::state::{Command, State};
 
 use super::driver::rig::{NODE, Rig};
 
-/// What an application does, and how it ended.
+/// The actions of an application, and their result.
 type Program<L> = fn(&mut Drive<L>) -> Result<End, Error>;
 
 #[derive(Debug, PartialEq)]
@@ -26,7 +26,7 @@ enum End {
     Done,
 }
 
-/// Every sequence is in one of these.
+/// Together, these contain every sequence.
 const PROGRAMS: &[(&str, Program<VirtualLink>)] = &[
     ("travel", |drive| visit(drive, 1000).map(End::Travelled)),
     ("loop", approach_from_below),
@@ -99,7 +99,7 @@ fn set_up<L: Link>(drive: &mut Drive<L>) -> Result<End, Error> {
     Ok(End::Done)
 }
 
-/// How many frames a program takes that nothing disturbs.
+/// The number of frames of an undisturbed program.
 fn frames_of(name: &str, program: Program<VirtualLink>) -> u64 {
     let Rig { bus, mut drive, .. } = Rig::new();
     let count = Arc::new(AtomicU64::new(0));
@@ -114,11 +114,11 @@ fn frames_of(name: &str, program: Program<VirtualLink>) -> u64 {
     count.load(Ordering::Relaxed)
 }
 
-/// After all that has happened before, a travel works, long enough to be interrupted.
+/// Checks that a travel works after all that has happened. It is long enough to be interrupted.
 #[track_caller]
 fn check_usable(drive: &mut Drive<VirtualLink>, what: &str) {
     let again = (|| {
-        // What is still under way is over after a quick stop.
+        // A quick stop ends what is still in progress.
         if drive.state()? == State::OperationEnabled {
             drive.quick_stop()?;
         }
@@ -153,7 +153,7 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
                     let expected = [Missing::NoFault(fault), Missing::Travel, Missing::Enabled(State::Fault)];
                     missing.len() == 1 && expected.contains(&missing[0])
                 }
-                // It was over before the fault came, or nothing in it moves.
+                // The program was over before the fault came, or nothing moves in it.
                 Ok(End::Travelled(Outcome::Reached { .. }) | End::Ran(VelocityOutcome::Reached { .. }) | End::Done) => {
                     true
                 }
@@ -191,7 +191,7 @@ fn a_frame_that_is_lost_ends_in_an_answer_and_leaves_the_driver_usable() {
     }
 }
 
-/// Loses control words (RPDO1) as long as `lose` says so, counting them from 0.
+/// Loses the control words (RPDO1) for which `lose` returns true, by their number from 0.
 fn lose_control_words(bus: &VirtualBus, lose: impl Fn(u64) -> bool + Send + 'static) {
     let mut count = 0;
     bus.set_fate(move |_, frame| {
@@ -244,7 +244,7 @@ fn a_quick_stop_that_never_arrives_is_told_of() {
     assert!(is_reported, "{outcome:?}");
 }
 
-/// The frame with the order has a lower priority than the one that takes it back: it may come later.
+/// The frame with the order has a lower priority than the one that withdraws it, so it may come later.
 #[test]
 fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
     let Rig { bus, simulated, mut drive } = Rig::new();

@@ -87,7 +87,7 @@ fn apply(rig: &mut Rig, order: &Order) {
 
 fn drop_of(_: &mut Rig) {}
 
-/// Faster than any order makes the axis: a cycle of 2 ms that is 100 units wide, and 20 % more torque than 200.
+/// Faster than any order makes the axis: a window of 100 units in a cycle of 2 ms, and 20 % more torque than 200.
 const FASTEST: f64 = 60_000.0;
 
 proptest! {
@@ -101,7 +101,7 @@ proptest! {
             let moved = (after.position - before.position).abs();
             let seconds = rig.now.since(since).as_secs_f64();
             prop_assert!(moved <= FASTEST * seconds + 1e-6, "{order:?}: {before:?} to {after:?}");
-            // Without torque it only runs out.
+            // Without torque, it only coasts.
             let powerless = |state| !matches!(
                 state, State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive
             );

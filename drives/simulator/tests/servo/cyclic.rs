@@ -11,7 +11,7 @@ const TORQUE: i64 = 10;
 const LIMITED: u16 = 1 << 11;
 const FOLLOWS: u16 = 1 << 12;
 
-/// A set-point with its SYNC, and the cycle of 2 ms after it. As an RPDO brings it, if `by_rpdo`.
+/// A set-point with its SYNC, and the following cycle of 2 ms. With `by_rpdo`, it arrives as if by RPDO.
 fn cycle(rig: &mut Rig, index: u16, sub: u8, value: i64, by_rpdo: bool) {
     rig.set(index, sub, value);
     if by_rpdo {
@@ -100,11 +100,11 @@ fn too_many_missed_set_points_are_a_fault() {
 #[test]
 fn too_long_without_sync_is_a_fault() {
     let mut rig = Rig::enabled(POSITION);
-    // Until there is a first SYNC, there is nothing to miss.
+    // Before the first SYNC, none is missed.
     rig.pass(1000);
     assert_eq!(rig.state(), State::OperationEnabled);
     positions(&mut rig, [4, 8]);
-    // Three SYNCs are missed, the fourth is half a cycle late.
+    // Three SYNCs are missed, and the fourth is half a cycle late.
     rig.pass(6);
     assert_eq!(rig.state(), State::OperationEnabled);
     rig.pass(1);
@@ -202,7 +202,8 @@ fn without_60c2h_the_period_is_that_of_1006h_or_of_sync_itself() {
     }
 }
 
-/// Offsets (60B0h, 60B1h, 60B2h) are added to the targets of the cyclic modes, that of the position to none of 60C1h.
+/// Offsets (60B0h, 60B1h, 60B2h) are added to the targets of the cyclic modes; the position offset is not added to
+/// 60C1h.
 #[test]
 fn offsets_are_added_to_the_targets_of_their_modes() {
     use crate::support::SERVO;
@@ -221,7 +222,7 @@ fn offsets_are_added_to_the_targets_of_their_modes() {
     }
 }
 
-/// Bits 10 to 13 in each cyclic mode: as it follows, halted and stopped; and without interpolation.
+/// Bits 10 to 13 in each cyclic mode: while it follows, is halted or stopped; and without interpolation.
 #[test]
 fn status_bits_show_what_a_cyclic_mode_does() {
     for (mode, index, sub, target) in
@@ -243,7 +244,7 @@ fn status_bits_show_what_a_cyclic_mode_does() {
     }
 }
 
-/// 607Fh holds back every cyclic mode but that of torque, 6072h that one; bit 11 says so until it is over.
+/// 607Fh limits every cyclic mode but that of torque, and 6072h limits torque. Meanwhile, bit 11 is set.
 #[test]
 fn limits_hold_in_each_cyclic_mode() {
     use crate::support::SERVO;
@@ -268,7 +269,7 @@ fn limits_hold_in_each_cyclic_mode() {
     assert_eq!((rig.position(), rig.velocity()), (2, 1000));
 }
 
-/// 6065h is 100 units: as far as that a cycle may lead, with any set-point of its own time.
+/// 6065h is 100 units: a cycle may lead that far, with any set-point of its time.
 #[test]
 fn a_jump_of_the_window_is_none() {
     for (target, state) in [(100, State::OperationEnabled), (-100, State::OperationEnabled), (-101, State::Fault)] {
@@ -278,7 +279,7 @@ fn a_jump_of_the_window_is_none() {
     }
 }
 
-/// 607Eh, bit 6 and bit 7, and a home position: as in the profile modes.
+/// Bits 6 and 7 of 607Eh, and a home position, as in the profile modes.
 #[test]
 fn polarity_and_zero_hold_in_the_cyclic_modes() {
     let mut rig = Rig::enabled(POSITION);
@@ -292,7 +293,7 @@ fn polarity_and_zero_hold_in_the_cyclic_modes() {
     assert_eq!((rig.velocity(), rig.servo.shaft(rig.now).velocity), (500, -500.0));
 }
 
-/// What is missed counts anew after a set-point, after halt, and after another mode.
+/// The count of missed set-points starts anew after a set-point, a halt or another mode.
 #[test]
 fn missed_set_points_count_in_a_row_only() {
     let mut rig = Rig::enabled(POSITION);
@@ -316,7 +317,7 @@ fn missed_set_points_count_in_a_row_only() {
     assert_eq!(rig.state(), State::OperationEnabled, "nor does one in another mode");
 }
 
-/// Interpolation begins where the axis is, each time that bit 4 rises.
+/// Interpolation begins at the present position each time bit 4 rises.
 #[test]
 fn interpolation_is_taken_up_again() {
     let mut rig = Rig::enabled(INTERPOLATED);

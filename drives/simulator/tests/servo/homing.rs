@@ -19,7 +19,7 @@ const START: u16 = 0x1F;
 const DONE: [bool; 3] = [true, true, false];
 const FAILED: [bool; 3] = [true, false, true];
 
-/// A servo in homing mode whose shaft stands somewhere.
+/// A servo in homing mode with its shaft at a position.
 fn at(position: f64, machine: Machine) -> Rig {
     let mut rig = Rig::new();
     assert!(rig.servo.turn(rig.now, &mut rig.od, position));
@@ -30,13 +30,13 @@ fn at(position: f64, machine: Machine) -> Rig {
 #[test]
 fn every_method_ends_where_its_figure_has_it() {
     for (method, home) in [
-        // With the index pulse beside a limit switch, on the side of the travel.
+        // With the index pulse next to a limit switch, on the side of the travel.
         (1, -1850.0),
         (2, 1950.0),
-        // Left and right of the edge where a switch begins that is active at the positive end.
+        // Left and right of the edge at which a switch begins that is active towards the positive end.
         (3, 150.0),
         (4, 350.0),
-        // The same of one that is active at the negative end.
+        // The same for a switch that is active towards the negative end.
         (5, 750.0),
         (6, 550.0),
         // Left and right of the negative edge of a switch, then of its positive edge.
@@ -70,7 +70,7 @@ fn every_method_ends_where_its_figure_has_it() {
             5 | 6 | 21 | 22 => (f64::NEG_INFINITY, 700.0),
             _ => (300.0, 700.0),
         };
-        // From each side of each switch, and from on it.
+        // From each side of each switch, and from within it.
         for start in [-2050.0, -1000.0, 310.0, 500.0, 690.0, 1500.0, 2050.0] {
             let mut rig = at(start, Machine { home_switch: Some(switch), ..MACHINE });
             rig.set(0x6098, 0, method).set(0x607C, 0, 70).control(START);
@@ -88,8 +88,8 @@ fn travel_s(distance: f64, speed: f64) -> f64 {
     if distance < ramps { 2.0 * (distance / 10_000.0).sqrt() } else { (distance + ramps) / speed }
 }
 
-/// At a switch that it passes with 1000 units/s, the axis turns 51 units behind it: 50 of the ramp, and 1. It crosses
-/// the edge with 100 units/s from as far as that takes: 0.5 units, and 1.
+/// After a switch that it passes with 1000 units/s, the axis turns back 51 units behind it: 50 for the ramp, and 1. It
+/// crosses the edge with 100 units/s, after 0.5 units for the ramp, and 1.
 #[test]
 fn every_method_searches_as_its_figure_has_it() {
     let (begins, ends, switch) = ((300.0, f64::INFINITY), (f64::NEG_INFINITY, 700.0), (300.0, 700.0));
@@ -133,7 +133,7 @@ fn every_method_searches_as_its_figure_has_it() {
         (14, switch, 500.0, &[]),
         (14, switch, 1000.0, &[649.0]),
     ] {
-        // Without the index pulse the search is the same.
+        // Without the index pulse, the search is the same.
         for method in [method, method + 16] {
             let mut rig = at(start, Machine { home_switch: Some(home_switch), ..MACHINE });
             rig.set(0x6098, 0, method).control(START);
@@ -267,8 +267,8 @@ fn an_order_to_home_during_halt_waits_for_its_end() {
     assert_eq!((rig.servo.shaft(rig.now).position, rig.mode_bits()), (-1850.0, DONE));
 }
 
-/// Only OPERATION ENABLED homes: what is under way when the state is left goes on in none, and a shaft that is held
-/// is not at home.
+/// Homing needs OPERATION ENABLED: if that state is left, no homing continues in another state, and a shaft that is
+/// held is not at home.
 #[test]
 fn homing_ends_with_what_interrupts_it() {
     for (word, state) in [(0x06, State::ReadyToSwitchOn), (0x07, State::SwitchedOn), (0x02, State::SwitchOnDisabled)] {
@@ -285,7 +285,7 @@ fn homing_ends_with_what_interrupts_it() {
     assert_eq!((rig.servo.shaft(rig.now).position, rig.mode_bits()), (-1850.0, DONE));
 }
 
-/// 609Ah, also for a stop with option 1 of 605Ah.
+/// 609Ah, even for a stop with option 1 of 605Ah.
 #[test]
 fn a_stop_has_the_acceleration_of_homing() {
     for (object, word) in [(0x605A, 0x02), (0x605D, 0x11F), (0x605C, 0x17), (0x6098, 0x0F)] {
@@ -308,7 +308,7 @@ fn software_limits_move_with_the_home_position() {
 #[test]
 fn probes_store_positions_at_edges_and_at_index_pulses() {
     let mut rig = at(0.0, MACHINE);
-    // Probe 1 at both edges, once; probe 2 at the index pulse, again and again.
+    // Probe 1 at both edges, once; probe 2 at the index pulse, repeatedly.
     rig.set(0x6060, 0, 3).set(0x60B8, 0, 0x1731).set(0x60FF, 0, 1000).pass(150);
     assert_eq!(rig.get(0x60B9, 0), 0x0101);
     for (level, status) in [(true, 0x03), (false, 0x07)] {

@@ -140,7 +140,7 @@ impl Bus {
         self.servo.lock().unwrap().servo().shaft(self.bus.now()).position
     }
 
-    /// The frames of an identifier that have come.
+    /// The received frames with an identifier.
     fn frames(&mut self, id: u16) -> Vec<Frame> {
         let until = self.bus.now();
         std::iter::from_fn(|| self.watch.receive_frame(until).unwrap())
@@ -249,7 +249,7 @@ fn after_a_power_cut_at_any_step_nothing_moves_unasked() {
                 assert!(bus.network.read_bytes(NODE, Address::new(0x6041, 0)).is_err(), "it is off");
                 bus.power(true);
             }
-            // What moved runs out.
+            // What moved coasts to a standstill.
             bus.pass(1000);
             let stands = bus.shaft();
             bus.pass(10_000);
@@ -273,7 +273,7 @@ fn what_is_stored_or_persistent_survives_a_power_cut() {
     assert_eq!([bus.read(0x6081, 0), bus.read(0x6083, 0), bus.read(0x607C, 0)], [500, 10_000, 11]);
 }
 
-/// A file in the folder for temporary ones, which goes when the test is over.
+/// A file in the temporary folder, deleted after the test.
 struct File(std::path::PathBuf);
 
 impl Drop for File {
@@ -342,7 +342,7 @@ fn what_is_written_beside_the_bus_is_as_if_a_client_wrote_it() {
     assert_eq!(write(&bus, 0x1017, &100_u16.to_le_bytes()), Ok(()));
     bus.pass(1000);
     assert!(bus.frames(0x705).len() >= 9);
-    // What is persistent, what the model refuses, and what it does.
+    // A persistent value, a value that the model refuses, and one that has an effect.
     assert_eq!(write(&bus, 0x607C, &77_i32.to_le_bytes()), Ok(()));
     assert_eq!(write(&bus, 0x6098, &[99]), Err(AbortCode::DEVICE_STATE));
     assert_eq!(write(&bus, 0x6071, &[0, 0]), Ok(()));
@@ -363,7 +363,7 @@ fn the_model_refuses_and_follows_writes() {
     assert_eq!(bus.read(0x6064, 0), 1234);
 }
 
-/// A condition that held at the loss of power, and does not any more.
+/// A condition that was true when the power was lost, and is not any more.
 #[test]
 fn a_script_that_begins_while_the_drive_is_off_waits() {
     let mut bus = Bus::new();

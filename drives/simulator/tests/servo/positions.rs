@@ -40,10 +40,10 @@ fn set_points_are_absolute_or_relative() {
     assert_eq!(rig.position(), 200);
     rig.travel(-100, 0).pass(2000);
     assert_eq!(rig.position(), -100);
-    // Relative to the last target, though the axis is still on its way.
+    // Relative to the last target, though the axis has not reached it.
     rig.travel(1000, 0).pass(200).travel(100, RELATIVE | IMMEDIATELY).pass(3000);
     assert_eq!(rig.position(), 1100);
-    // 60F2h = 1: relative to where it is then.
+    // 60F2h = 1: relative to the position at that time.
     rig.set(0x60F2, 0, 1).travel(1000, RELATIVE).pass(100).travel(100, RELATIVE | IMMEDIATELY).pass(3000);
     assert_eq!(rig.position(), 1250);
 }
@@ -68,7 +68,7 @@ fn a_set_point_is_changed_immediately() {
     rig.travel(1000, 0).pass(500).travel(0, IMMEDIATELY);
     assert!(!rig.status(ACKNOWLEDGED));
     rig.pass(100);
-    // It brakes first: 50 more units.
+    // The axis brakes first: 50 more units.
     assert_eq!((rig.position(), rig.velocity()), (500, 0));
     rig.pass(1000);
     assert!(rig.status(REACHED) && rig.position() == 0);
@@ -235,12 +235,12 @@ fn the_answer_does_not_depend_on_when_it_is_asked() {
     }
 }
 
-/// The status word at each step of set-points that wait: bits 10 and 12, and where the axis is.
+/// The status word at each step of waiting set-points: bits 10 and 12, and the position.
 #[test]
 fn a_set_point_that_waits_goes_on_with_its_own_ramps() {
     let mut rig = Rig::enabled(POSITION);
     rig.travel(1000, 0).pass(500).set(0x6081, 0, 500).set(0x6083, 0, 5000).set(0x6084, 0, 5000).travel(0, 0);
-    // Its ramps are those of when it was ordered.
+    // It has the ramps of the time when it was ordered.
     rig.set(0x6081, 0, 100);
     for (ms, position, velocity, bits) in [
         (600, 1000, 0, [false, false, false]),
@@ -254,7 +254,7 @@ fn a_set_point_that_waits_goes_on_with_its_own_ramps() {
     }
 }
 
-/// 60F2h, bits 0 and 1, and the base each names while the shaft is held 100 units behind its demand.
+/// Bits 0 and 1 of 60F2h: the base for each, while the shaft is held 100 units behind its demand.
 #[test]
 fn a_relative_set_point_has_the_base_that_60f2h_names() {
     for (option, end) in [(0, 1010), (1, 510), (2, 410), (3, 410)] {
@@ -271,7 +271,7 @@ fn a_relative_set_point_has_the_base_that_60f2h_names() {
 
 #[test]
 fn a_change_on_set_point_needs_a_travel_that_gets_there() {
-    // At rest in front of it, at a speed of 0, and in halt.
+    // At rest in front of it, with a speed of 0, and in halt.
     for word in [0, HALT] {
         let mut rig = Rig::enabled(POSITION);
         rig.set(0x6081, 0, 0).travel(1000, 0).set(0x6081, 0, 1000).control(0x0F | word);
@@ -287,7 +287,7 @@ fn a_change_on_set_point_needs_a_travel_that_gets_there() {
     let mut rig = Rig::enabled(POSITION);
     rig.travel(500, 0).pass(2000).travel(-500, 0).pass(500).travel(-1500, ON_SET_POINT).pass(550);
     assert_eq!((rig.position(), rig.velocity()), (-500, -1000));
-    // A new travel forgets that one was to be passed.
+    // A new travel cancels the order to pass a set-point without stopping.
     rig.pass(200).travel(0, IMMEDIATELY).pass(3000);
     assert_eq!((rig.position(), rig.velocity(), rig.status(REACHED)), (0, 0, true));
     rig.travel(1000, 0).pass(500).travel(2000, ON_SET_POINT).travel(600, IMMEDIATELY).pass(100);
@@ -295,7 +295,7 @@ fn a_change_on_set_point_needs_a_travel_that_gets_there() {
     assert_eq!((rig.position(), rig.velocity(), rig.status(REACHED)), (2000, 0, true));
 }
 
-/// A range from -100 to 99 (607Bh), crossed in both directions, with the axis turned round and not.
+/// A range from -100 to 99 (607Bh), crossed in both directions, with and without inverted polarity.
 #[test]
 fn positions_of_a_range_stay_in_it() {
     use lexican_runtime::object::DataType::Integer32;
@@ -335,7 +335,7 @@ fn software_limits_have_the_sign_and_zero_of_positions() {
     }
 }
 
-/// 606Bh, 606Ch, 6062h, 6064h, 60F4h and 6077h of a shaft that is held.
+/// 6062h, 6064h, 606Bh, 606Ch, 6077h and 60F4h of a held shaft.
 #[test]
 fn a_held_shaft_shows_what_is_demanded_and_what_is() {
     let mut rig = Rig::enabled(POSITION);
@@ -347,7 +347,7 @@ fn a_held_shaft_shows_what_is_demanded_and_what_is() {
     assert_eq!(shown, [500, 500, 0, 0, 0, 0], "without torque it is where it stands");
 }
 
-/// 6065h in use while it is a window: neither 0 nor FFFF FFFFh, and only while the axis is enabled.
+/// The window 6065h applies unless it is 0 or FFFF FFFFh, and only while the axis is enabled.
 #[test]
 fn the_following_error_counts_with_its_window_and_its_time() {
     for (window, time, fault_after) in [(0, 0, None), (0xFFFF_FFFF, 0, None), (1, 0, Some(2)), (100, 50, Some(152))] {
@@ -364,7 +364,7 @@ fn the_following_error_counts_with_its_window_and_its_time() {
     }
 }
 
-/// A switch that is put in the way of a travel stops it, and one that is taken out of it lets the axis go on.
+/// A switch placed in the way of a travel stops it; when the switch is removed, the axis goes on.
 #[test]
 fn the_machine_may_change_during_a_travel() {
     let mut rig = Rig::enabled(POSITION);
@@ -374,7 +374,7 @@ fn the_machine_may_change_during_a_travel() {
     rig.inputs(|inputs| inputs.machine.positive_limit = Some(500.0)).travel(1000, 0).pass(300);
     rig.inputs(|inputs| inputs.machine.positive_limit = None).pass(2000);
     assert_eq!((rig.position(), rig.status(LIMITED)), (1000, false));
-    // Not during halt, and not once it is off.
+    // Not during halt, and not when it is switched off.
     for word in [0x10F, 0x00] {
         let mut rig = Rig::enabled(POSITION);
         rig.travel(1000, 0).pass(300).control(word).pass(200);
@@ -384,7 +384,7 @@ fn the_machine_may_change_during_a_travel() {
     }
 }
 
-/// CiA 402-2: an internal position is in increments of the encoder, another one in what the axis does by them.
+/// CiA 402-2: internal positions are in increments of the encoder, others in units of the axis.
 #[test]
 fn internal_positions_are_in_increments_of_the_encoder() {
     let factors = |rows: &[Row]| {
@@ -397,7 +397,7 @@ fn internal_positions_are_in_increments_of_the_encoder() {
         [(index, 1, DataType::Unsigned32, numerator), (index, 2, DataType::Unsigned32, denominator)]
     };
     assert_eq!(factors(&[]), [-300, -300, -300]);
-    // Without a feed, units are increments.
+    // Without a feed constant, units are increments.
     assert_eq!(factors(&of(0x608F, 4096, 1)), [-300, -300, -300]);
     let scaled = [of(0x608F, 8192, 2), of(0x6091, 5, 1), of(0x6092, 200, 2)].concat();
     assert_eq!(factors(&scaled), [-300, -61440, -61440]);

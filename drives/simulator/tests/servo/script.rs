@@ -30,7 +30,7 @@ fn a_shaft_is_blocked_while_it_moves_and_let_go() {
     assert!((500.0..502.0).contains(&bus.shaft()), "{}", bus.shaft());
 }
 
-/// Each condition comes true by what is done, and by nothing before.
+/// Each condition becomes true by the given action, and not before.
 #[test]
 fn a_step_waits_for_its_condition() {
     let enable = |bus: &mut Bus| bus.enable(1);
@@ -147,7 +147,7 @@ fn values_are_those_of_the_inputs() {
     assert_eq!((inputs.machine.index, inputs.probes), (None, [false, true]));
 }
 
-/// A table of buttons cannot ask for what the servo refuses, and shows what it has done.
+/// A table of buttons cannot request what the servo refuses, and shows the effect.
 #[test]
 fn each_input_takes_what_it_says() {
     let step = |line: &str| format!("[[step]]\n{line}\n");

@@ -59,7 +59,7 @@ fn a_servo_that_stands_is_disabled_at_once() {
     }
 }
 
-/// A servo that moves with 1000 units/s in velocity mode, where ramps are shortest to write.
+/// A servo that moves with 1000 units/s in velocity mode, where ramps are easiest to write.
 fn running() -> Rig {
     let mut rig = Rig::enabled(3);
     rig.set(0x60FF, 0, 1000).pass(1000);
@@ -67,7 +67,7 @@ fn running() -> Rig {
     rig
 }
 
-/// How an option code stops a running axis: after how many ms it stands, in which state it is meanwhile and at last.
+/// Checks how an option code stops a running axis: the time until it stands, and the states meanwhile and at last.
 #[track_caller]
 fn check_stop(rig: &mut Rig, stands_after_ms: u64, meanwhile: State, at_last: State) {
     if stands_after_ms > 0 {
@@ -102,7 +102,7 @@ fn option_codes_stop_as_they_say() {
         (0x605D, 1, 0x10F, 100, enabled, enabled),
         (0x605D, 2, 0x10F, 10, enabled, enabled),
         (0x605D, 3, 0x10F, 1, enabled, enabled),
-        // There is no option: the axis runs out.
+        // There is no option: the axis coasts.
         (0x6060, 3, 0x00, 100, off, off),
     ] {
         let mut rig = running();
@@ -222,7 +222,7 @@ fn a_restart_forgets_everything_but_the_world() {
     assert_eq!(rig.get(0x60FD, 0), 1 << 16);
 }
 
-/// Bits 0 to 6 of the status word, and the codes of the fault where there is one.
+/// Bits 0 to 6 of the status word, and the codes of the fault, if any.
 #[test]
 fn every_order_of_the_axis_ends_with_the_state_that_gave_it() {
     // Shutdown, disable, quick stop, no voltage, no enable input, a fault: each while it moves to 1000.
@@ -242,13 +242,13 @@ fn every_order_of_the_axis_ends_with_the_state_that_gave_it() {
         let stands = rig.position();
         rig.pass(5000);
         assert_eq!((rig.position(), rig.status(1 << 10)), (stands, true), "nothing is left of the travel");
-        // A relative travel begins where the axis is, and not at a target of before.
+        // A relative travel begins at the present position, not at an earlier target.
         rig.travel(10, 1 << 6).pass(1000);
         assert_eq!(rig.position(), stands + 10);
     }
 }
 
-/// The axis has no torque in the first three states, and is enabled while it runs out: it brakes, with 6084h.
+/// The axis has no torque in the first three states. If it is enabled while it coasts, it brakes with 6084h.
 #[test]
 fn an_axis_that_runs_out_is_braked_when_it_is_enabled() {
     let mut rig = running();
@@ -257,7 +257,7 @@ fn an_axis_that_runs_out_is_braked_when_it_is_enabled() {
     assert_eq!(rig.pass(10).velocity(), 0);
 }
 
-/// The fault is the first thing: what comes later adds its code, and changes neither ramp nor state.
+/// The first fault decides: later ones add their codes, and change neither ramp nor state.
 #[test]
 fn faults_add_up_and_one_reset_clears_them() {
     let mut rig = running();
@@ -277,7 +277,7 @@ fn faults_add_up_and_one_reset_clears_them() {
     );
 }
 
-/// A fault of a servo without torque, or of one that stands, has no reaction.
+/// A fault of a servo without torque, or at standstill, has no reaction.
 #[test]
 fn a_fault_at_rest_is_a_fault_at_once() {
     for state in [SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn, OperationEnabled, QuickStopActive] {
@@ -285,7 +285,7 @@ fn a_fault_at_rest_is_a_fault_at_once() {
         rig.set(0x605E, 0, 1).inputs(|inputs| inputs.faults = 0x7500.into());
         assert_eq!(rig.state(), Fault, "in {state}");
     }
-    // Without supply there is nothing to brake with.
+    // Without supply, it cannot brake.
     let mut rig = running();
     rig.set(0x605E, 0, 2).inputs(|inputs| inputs.supply = false);
     check_stop(&mut rig, 100, Fault, Fault);
@@ -335,7 +335,7 @@ fn the_error_register_has_the_bit_of_the_code() {
     }
 }
 
-/// What comes between two looks at the servo is the same, with which call the second one begins.
+/// Events between two calls have the same result, whichever call comes second.
 #[test]
 fn every_call_first_lets_pass_what_has_passed() {
     let calls: [fn(&mut Rig); 5] = [
@@ -361,8 +361,8 @@ fn every_call_first_lets_pass_what_has_passed() {
     }
 }
 
-/// 6077h of a blocked shaft: full while the motor drives it, and nothing without torque. A fault reaction ends
-/// there: the axis stands.
+/// 6077h of a blocked shaft: full while the motor drives it, and zero without torque. A fault reaction ends at once,
+/// because the axis stands.
 #[test]
 fn a_blocked_motor_gives_torque_while_it_has_any() {
     for (word, fault, torque) in [(0x0F, None, 1000), (0x00, None, 0), (0x0F, Some(0x7500), 0)] {
@@ -373,7 +373,7 @@ fn a_blocked_motor_gives_torque_while_it_has_any() {
     }
 }
 
-/// 60F8h: bit 13 of the velocity mode, once the demand of a blocked shaft is more than that.
+/// 60F8h: in velocity mode, bit 13 is set once the demand of a blocked shaft exceeds it.
 #[test]
 fn slippage_has_its_maximum() {
     let rows = [crate::support::SERVO, &[(0x60F8, 0, lexican_runtime::object::DataType::Unsigned32, 500)]].concat();
@@ -384,7 +384,7 @@ fn slippage_has_its_maximum() {
     }
 }
 
-/// Bit 12 of homing stays without torque, and is that of no other mode.
+/// Bit 12 of homing remains without torque, but is not shown in another mode.
 #[test]
 fn homing_attained_is_shown_without_torque_in_its_mode_only() {
     let mut rig = Rig::enabled(6);
@@ -396,7 +396,7 @@ fn homing_attained_is_shown_without_torque_in_its_mode_only() {
     assert_eq!(rig.mode_bits(), [false; 3]);
 }
 
-/// CiA 301, 7.2.7.1, transition 2: an error that is over is reported, with what is left.
+/// CiA 301, 7.2.7.1, transition 2: the end of an error is reported, with the remaining errors.
 #[test]
 fn an_error_that_ends_beside_others_leaves_theirs_in_the_error_register() {
     let mut rig = Rig::new();

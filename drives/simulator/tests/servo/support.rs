@@ -13,7 +13,7 @@ use DataType::{
     Integer8 as I8, Integer16 as I16, Integer32 as I32, Unsigned8 as U8, Unsigned16 as U16, Unsigned32 as U32,
 };
 
-/// A servo that has everything, and moves 1000 units/s with ramps of 10 000 units/s².
+/// A servo with all objects that moves with 1000 units/s and ramps of 10 000 units/s².
 pub(crate) const SERVO: &[Row] = &[
     (0x6007, 0, I16, 1),
     (0x603F, 0, U16, 0),
@@ -107,7 +107,7 @@ impl Rig {
         rig
     }
 
-    /// OPERATION ENABLED in a mode.
+    /// A servo in OPERATION ENABLED and a mode.
     pub(crate) fn enabled(mode: i64) -> Self {
         let mut rig = Rig::new();
         rig.set(0x6060, 0, mode).enable();
@@ -120,7 +120,7 @@ impl Rig {
         self
     }
 
-    /// Writes an object, as a frame does.
+    /// Writes an object, as an SDO or PDO does.
     pub(crate) fn set(&mut self, index: u16, sub: u8, value: i64) -> &mut Self {
         self.od.set_raw(Address::new(index, sub), value as u64);
         self.servo.update(self.now, &mut self.od);
@@ -131,7 +131,7 @@ impl Rig {
         self.set(0x6040, 0, word.into())
     }
 
-    /// Writes 607Ah, and lets bit 4 rise and fall.
+    /// Writes 607Ah, and pulses bit 4.
     pub(crate) fn travel(&mut self, target: i64, bits: u16) -> &mut Self {
         self.set(0x607A, 0, target).control(0x1F | bits).control(0x0F | bits & 0x100)
     }
@@ -165,7 +165,7 @@ impl Rig {
         self.get(0x606C, 0)
     }
 
-    /// Bits of the status word.
+    /// Whether bits of the status word are all set.
     pub(crate) fn status(&self, bits: u16) -> bool {
         self.get(0x6041, 0) as u16 & bits == bits
     }

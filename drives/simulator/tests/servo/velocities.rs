@@ -113,7 +113,7 @@ fn another_mode_takes_the_axis_over() {
     assert_eq!(rig.velocity(), 1000);
 }
 
-/// 60A9h in revolutions per minute, 60AAh in revolutions per minute and second, 4000 units a revolution.
+/// 60A9h in rev/min, 60AAh in rev/min per second, with 4000 units in a revolution.
 #[test]
 fn velocities_have_the_unit_that_the_data_sheet_names() {
     let units = [(0x608F, 1), (0x608F, 2), (0x60A9, 0), (0x60AA, 0)];
@@ -158,7 +158,7 @@ fn inputs_are_set_by_name() {
     assert!(inputs.set("brake", "true").unwrap_err().contains("there are supply"));
 }
 
-/// Bit 11 while 607Fh holds the axis back, and not beyond.
+/// Bit 11 is set only while 607Fh limits the axis.
 #[test]
 fn a_top_speed_limits_the_velocity() {
     let rows = [SERVO, &[(0x607F, 0, Unsigned32, 500), (0x6080, 0, Unsigned32, 0)]].concat();
@@ -174,7 +174,7 @@ fn a_top_speed_limits_the_velocity() {
     assert_eq!(rig.velocity(), 300);
 }
 
-/// 60C5h and 60C6h hold back all ramps; a ramp of 0, or a limit of 0, is none.
+/// 60C5h and 60C6h limit all ramps; a ramp or a limit of 0 has no effect.
 #[test]
 fn ramps_have_their_limits() {
     for (limits, ramps, up_ms, down_ms) in [
@@ -194,7 +194,7 @@ fn ramps_have_their_limits() {
     }
 }
 
-/// On a software limit, an axis does not start beyond it, and leaves it.
+/// At a software limit, an axis does not move beyond it, but can leave it.
 #[test]
 fn an_axis_at_a_software_limit_moves_away_only() {
     for sign in [1, -1] {
@@ -210,7 +210,7 @@ fn an_axis_at_a_software_limit_moves_away_only() {
     }
 }
 
-/// 6072h of 0 limits nothing; bit 11 is that of 6072h.
+/// 6072h = 0 means no limit; bit 11 shows the limit of 6072h.
 #[test]
 fn torque_has_its_limit_its_offset_and_its_slope() {
     let rows = [SERVO, &[(0x60B2, 0, Integer16, 50)]].concat();
@@ -228,13 +228,13 @@ fn torque_has_its_limit_its_offset_and_its_slope() {
     }
     rig.set(0x6087, 0, 0).set(0x6071, 0, 0).pass(10);
     assert_eq!((rig.get(0x6077, 0), rig.status(REACHED)), (50, true), "a slope of 0 is none");
-    // What slows down without a deceleration has the slope: 500 units/s with 10 000 units/s².
+    // Without a deceleration, the slope applies: 500 units/s with 10 000 units/s².
     rig.set(0x6087, 0, 1000).set(0x6084, 0, 100_000).set(0x605A, 0, 5).control(0x02).pass(49);
     assert_ne!(rig.velocity(), 0);
     assert_eq!((rig.pass(1).velocity(), rig.state()), (0, State::QuickStopActive));
 }
 
-/// A motor that has torque holds its shaft, and one that runs out is not to be turned.
+/// A motor with torque holds its shaft, and a coasting one cannot be turned.
 #[test]
 fn a_shaft_is_turned_by_hand_only_when_nothing_holds_it() {
     let mut rig = Rig::enabled(VELOCITY);
@@ -248,7 +248,7 @@ fn a_shaft_is_turned_by_hand_only_when_nothing_holds_it() {
     assert_eq!(rig.position(), stands + 5);
 }
 
-/// A mode is taken at rest only, if the model says so; of modes of 0, all are there.
+/// If the model says so, a mode is accepted only at rest. With supported modes of 0, all are supported.
 #[test]
 fn a_model_says_when_and_which_modes_are_taken() {
     static AT_REST: ServoModel = ServoModel { changes_mode_while_moving: false, ..ServoModel::CIA_402 };
@@ -267,7 +267,7 @@ fn a_model_says_when_and_which_modes_are_taken() {
     }
 }
 
-/// Modes of velocity and torque take the axis over as it moves, those of positions brake it with 6084h.
+/// Velocity and torque modes take over a moving axis; position modes brake it with 6084h.
 #[test]
 fn a_change_of_the_mode_brakes_or_does_not() {
     for (mode, velocity) in [(1, 0), (6, 0), (7, 0), (8, 0), (9, 1000), (10, 1000)] {
@@ -276,7 +276,7 @@ fn a_change_of_the_mode_brakes_or_does_not() {
         assert_ne!(rig.velocity(), 0, "mode {mode}");
         assert_eq!(rig.pass(1).velocity(), velocity, "mode {mode}");
     }
-    // An axis that runs out, and one in its quick stop, go on as they are.
+    // A coasting axis, and one in quick stop, continue unchanged.
     for (word, ms) in [(0x00, 100), (0x02, 10)] {
         let mut rig = Rig::enabled(VELOCITY);
         rig.set(0x6084, 0, 1000).set(0x60FF, 0, 1000).pass(200).control(word).set(0x6060, 0, 1).pass(ms - 1);
@@ -285,7 +285,7 @@ fn a_change_of_the_mode_brakes_or_does_not() {
     }
 }
 
-/// A servo knows its position after power-on only by an absolute encoder.
+/// Only with an absolute encoder, a servo knows its position after power-on.
 #[test]
 fn an_absolute_encoder_keeps_the_position() {
     static ABSOLUTE: ServoModel = ServoModel { absolute_encoder: true, ..ServoModel::CIA_402 };
@@ -314,7 +314,7 @@ fn a_revolution_is_what_the_factors_say() {
         ([[4000, 1], [0, 5], [1000, 0]], [RPS, RPS_PER_S], 4000.0, 4000.0),
         ([[0, 1], [1, 1], [0, 1]], [RPS, RPS_PER_S], 1.0, 1.0),
         ([[4000, 0], [1, 1], [0, 0]], [RPS, RPS_PER_S], 1.0, 1.0),
-        // A prefix (bits 24 to 31) and bits 0 to 7 of the velocity are not looked at; another unit is that of positions.
+        // The prefix (bits 24 to 31) and bits 0 to 7 of the velocity are ignored; other units are position units.
         ([[4000, 1], [1, 1], [0, 0]], [RPS | 0xFF00_00FF, RPS_PER_S | 0xFF00_0000], 4000.0, 4000.0),
         ([[4000, 1], [1, 1], [0, 0]], [0x0001_0300, 0x0001_5700], 1.0, 1.0),
     ] {
@@ -326,7 +326,7 @@ fn a_revolution_is_what_the_factors_say() {
     }
 }
 
-/// Windows, limits, speeds and ramps are all in the units that the data sheet names: 4000 position units.
+/// Windows, limits, speeds and ramps all use the units in the data sheet: 4000 position units.
 #[test]
 fn every_velocity_has_its_unit() {
     let factors = [(0x608F, 1, 4000), (0x608F, 2, 1), (0x60A9, 0, 0x00B4_0300), (0x60AA, 0, 0x00B4_5700)];
@@ -348,7 +348,7 @@ fn every_velocity_has_its_unit() {
     assert_eq!(rig.servo.shaft(rig.now).velocity, 16_000.0);
 }
 
-/// 60FDh, bits 0 to 2, on both sides of each switch; the switch is active where it begins.
+/// Bits 0 to 2 of 60FDh on both sides of each switch; a switch is active at its position.
 #[test]
 fn switches_change_where_they_are() {
     let mut rig = Rig::new();

@@ -1,4 +1,4 @@
-//! Properties of trajectories, independent of how they are made.
+//! Properties of trajectories, whatever the algorithm.
 
 use lexican_runtime::Instant;
 use simulator::trajectory::{Profile, State, Trajectory};
@@ -22,7 +22,7 @@ fn passes_through(way: &Trajectory, rows: &[(u64, f64, f64)]) {
     }
 }
 
-/// Half a second to 100/s over 25, 225 with it, two seconds to rest over 100.
+/// Half a second to 100/s over 25, then 225 at this velocity, then two seconds to rest over 100.
 #[test]
 fn it_accelerates_travels_and_brakes_as_its_profile_says() {
     for sign in [1.0, -1.0] {
@@ -35,7 +35,7 @@ fn it_accelerates_travels_and_brakes_as_its_profile_says() {
     }
 }
 
-/// Too short for 100/s: to 40/s in 0.2 s over 4, to rest in 0.8 s over 16.
+/// Too short to reach 100/s: to 40/s in 0.2 s over 4, to rest in 0.8 s over 16.
 #[test]
 fn a_short_way_has_a_lower_peak() {
     let way = Trajectory::through(at_ms(0), state(0.0, 0.0), &[20.0], PROFILE);
@@ -45,19 +45,19 @@ fn a_short_way_has_a_lower_peak() {
 
 #[test]
 fn a_way_begins_with_the_velocity_that_the_axis_has() {
-    // Slower than the profile: on to 100/s. 75/s are 0.25 s and 21.875 away from it.
+    // Slower than the profile: accelerates to 100/s. 75/s is reached 0.25 s and 21.875 later.
     let way = Trajectory::through(at_ms(0), state(0.0, 50.0), &[300.0], PROFILE);
     passes_through(&way, &[(250, 18.75, 100.0)]);
-    // Faster: braked to 100/s with the deceleration, in one second over 125.
+    // Faster: brakes to 100/s with the deceleration, in one second over 125.
     let way = Trajectory::through(at_ms(0), state(0.0, 150.0), &[400.0], PROFILE);
     passes_through(&way, &[(1000, 125.0, 100.0), (2750, 300.0, 100.0), (4750, 400.0, 0.0)]);
-    // Away from the target: to rest over 100 first.
+    // Away from the target: first to rest over 100.
     let way = Trajectory::through(at_ms(0), state(0.0, -100.0), &[60.0], PROFILE);
     passes_through(&way, &[(2000, -100.0, 0.0), (2500, -75.0, 100.0)]);
-    // Too fast to stop there: to rest behind it, and back. 100 from 100/s, 20 too far.
+    // Too fast to stop there: to rest behind it, and back. From 100/s it takes 100, 20 too many.
     let way = Trajectory::through(at_ms(0), state(0.0, 100.0), &[80.0], PROFILE);
     passes_through(&way, &[(2000, 100.0, 0.0), (2200, 96.0, -40.0), (3000, 80.0, 0.0)]);
-    // Just fast enough: it only brakes.
+    // Just slow enough: it only brakes.
     let way = Trajectory::through(at_ms(0), state(0.0, 100.0), &[100.0], PROFILE);
     passes_through(&way, &[(1000, 75.0, 50.0), (2000, 100.0, 0.0)]);
     assert_eq!(way.end(), Some(at_ms(2000)));
@@ -103,7 +103,7 @@ fn a_limit_is_passed_once_and_stops_the_way_behind_it() {
     passes_through(&stopped, &[(1500, 25.0, 100.0), (2500, 125.0, 100.0), (3000, 162.5, 50.0), (3500, 175.0, 0.0)]);
     assert_eq!((stopped.end(), stopped.rest_position()), (Some(at_ms(3500)), Some(175.0)));
     assert_eq!(way.clone().stopping_behind(-5.0, -1.0, 100.0), way, "a limit that is never passed");
-    // Towards the limit and back before it: passed by no piece.
+    // Towards the limit and back before it: no segment passes it.
     let back = Trajectory::through(at_ms(0), state(0.0, 0.0), &[20.0, -20.0], PROFILE);
     assert_eq!(back.passes(20.5, 1.0), None);
     assert_eq!(back.passes(-16.0, -1.0), Some(Instant::from_micros(2_014_214)), "on the way back");

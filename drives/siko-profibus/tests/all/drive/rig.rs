@@ -51,7 +51,7 @@ type Change<'a> = &'a mut dyn FnMut(&mut SimulatedDrive, Instant);
 
 pub(crate) struct Rig<K> {
     pub(crate) drive: Drive<Box<dyn Link>, K>,
-    /// Does something to the drive itself.
+    /// Applies a change to the drive itself.
     simulated: Box<dyn FnMut(Change<'_>)>,
 }
 
@@ -80,7 +80,7 @@ impl Segment {
         });
     }
 
-    /// Cuts the cable of the drive, or takes the master away; or puts it right again.
+    /// Sets whether the drive's cable is connected, and whether the master is there.
     pub(crate) fn set_works(&self, cable: bool, master: bool) {
         self.bus.with(|line| {
             line.set_connected(self.id, cable);
@@ -111,7 +111,7 @@ impl<K: Sold> Rig<K> {
         (self.simulated)(&mut |drive, now| drive.set_inputs(now, &mut change));
     }
 
-    /// What the drive does, whatever it shows.
+    /// The true position and velocity.
     pub(crate) fn shaft(&mut self) -> (i32, i32) {
         let mut shaft = (0, 0);
         (self.simulated)(&mut |drive, now| shaft = (drive.position(now), drive.velocity(now)));

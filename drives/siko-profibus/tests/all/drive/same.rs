@@ -1,4 +1,4 @@
-//! The same program over PROFIBUS and over CANopen has the same results.
+//! A program has the same results over PROFIBUS and over CANopen.
 
 use std::fmt::Debug;
 
@@ -11,7 +11,7 @@ use siko::sim::inputs::{Inputs, Shaft};
 
 use super::rig::{Rig, Sold, both};
 
-/// What a program has got, one line for each operation.
+/// The results of a program, one line for each operation.
 #[derive(Debug, Default, PartialEq)]
 struct Log(Vec<String>);
 
@@ -103,7 +103,7 @@ fn velocities<K: Sold>() {
         log.got(rig.drive.inch(Direction::Positive));
         log.got(rig.drive.run_at(1000));
         for velocity in [20, -10, 0, 30] {
-            // With which velocity it comes into the window, is a matter of milliseconds.
+            // The velocity when it enters the window depends on milliseconds.
             log.got(matches!(rig.drive.run_at(velocity), Ok(VelocityOutcome::Reached { .. })));
             log.got((rig.pass_ms(1000), rig.drive.velocity(), rig.shaft().1));
         }

@@ -17,7 +17,7 @@ both! {
     a_master_that_is_gone_in_a_travel_is_a_drive_that_is_lost a_program_that_slept_finds_its_drive
 }
 
-/// Each answer of a travel gets lost in a travel of its own: the master repeats its request, and the drive acts once.
+/// In each travel, another answer is lost: the master repeats its request, and the drive acts once.
 fn lost_answers_change_nothing<K: Sold>() {
     const WAY: i32 = 20;
     let (mut rig, segment) = Rig::<K>::over_profibus();
@@ -60,7 +60,7 @@ fn a_cable_that_is_cut_is_noticed_and_nothing_goes_on<K: Sold>() {
     }
 }
 
-/// Nobody says so, as when the thread that runs the line is dead: the facts grow old.
+/// Nothing reports this, as when the thread of the line has died: the facts get too old.
 fn a_master_that_is_gone_in_a_travel_is_a_drive_that_is_lost<K: Sold>() {
     let (mut rig, segment) = Rig::<K>::over_profibus();
     rig.drive.enable().unwrap();
@@ -86,7 +86,7 @@ fn a_master_that_is_gone_in_a_travel_is_a_drive_that_is_lost<K: Sold>() {
     assert_eq!(rig.drive.move_to(at + 100).unwrap(), Outcome::Reached { position: at + 100 });
 }
 
-/// The line goes on meanwhile, and nobody takes what comes.
+/// Meanwhile the line goes on, and nobody reads from it.
 fn a_program_that_slept_finds_its_drive<K: Sold>() {
     let (mut rig, segment) = Rig::<K>::over_profibus();
     rig.drive.enable().unwrap();
@@ -100,13 +100,13 @@ fn a_drive_that_is_not_there_is_not_connected_to<K: Sold>() {
     let other = NodeId::literal(9);
     let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, other).unwrap(), other);
     assert!(matches!(result.err(), Some(Error::Sdo(_))));
-    // Another kind of drive refuses the ident number.
+    // Another kind of drive does not accept the ident number.
     let segment = if K::MODEL.name == AG02.name { Segment::new::<Ag03_1>() } else { Segment::new::<Ag02>() };
     let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, NODE).unwrap(), NODE);
     assert!(matches!(result.err(), Some(Error::Sdo(_))));
 }
 
-/// Frames from a generator, also such as the drive would take: the driver works afterwards.
+/// Random frames, including some that the drive accepts: the driver works afterwards.
 fn any_frames_do_no_harm<K: Sold>() {
     let segment = Segment::new::<K>();
     let mut link = segment.link::<K>();
@@ -129,7 +129,7 @@ fn any_frames_do_no_harm<K: Sold>() {
     assert_eq!(drive.move_to(target).unwrap(), Outcome::Reached { position: target });
 }
 
-/// ZSW.0 is 0, where CANopen lets the AG02 be enabled.
+/// ZSW.0 is 0 here, while over CANopen the AG02 can be enabled.
 #[test]
 fn without_supply_it_is_not_enabled() {
     let (mut rig, segment) = Rig::<Ag02>::over_profibus();

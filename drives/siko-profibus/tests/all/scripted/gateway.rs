@@ -25,7 +25,7 @@ impl Rig {
         reports.into_iter().filter_map(|report| self.news(report)).collect()
     }
 
-    /// A report without its time, unless nothing in it has changed.
+    /// The report without its time; `None` if nothing in it has changed.
     fn news(&mut self, report: Report) -> Option<Report> {
         let before = match report {
             Report::Facts(facts) => self.shown.replace(facts.value),
@@ -44,7 +44,7 @@ impl Rig {
         self.door.begin(self.now, job);
     }
 
-    /// How a job ends.
+    /// The result of a job.
     #[track_caller]
     fn job(&mut self, job: Job) -> Result<i64, AbortCode> {
         self.begin(job);
@@ -59,7 +59,7 @@ impl Rig {
         panic!("{job:?} does not end");
     }
 
-    /// What it has asked for besides the status.
+    /// The tasks that it has sent, besides those for the status.
     fn asked(&self) -> Vec<Task> {
         self.parameters.asked.iter().copied().filter(|task| *task != Task::Read { number: SYSTEM }).collect()
     }
@@ -116,7 +116,7 @@ fn objects_are_read_from_parameters_and_facts() {
     assert_eq!(rig.job(Job::Read(Address::new(0x6064, 0))), Err(AbortCode::HARDWARE_ERROR), "it is not known yet");
 }
 
-/// What the last exchange has brought may be of long ago: no exchange, no answer.
+/// The last exchange may be long ago: without an exchange there is no answer.
 #[test]
 fn a_position_is_read_after_it_was_asked_for() {
     for address in [0x6064, 0x606C].map(|index| Address::new(index, 0)) {
@@ -194,7 +194,7 @@ fn a_refusal_is_an_abort_code() {
     let mut rig = Rig::known(&AG02, 2);
     rig.parameters.is_authorised = false;
     assert_eq!(rig.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::LOCAL_CONTROL));
-    // What is not answered may have been done; what is not followed has not.
+    // An order without an answer may have been carried out; one that is not followed has not.
     let mut rig = Rig::known(&AG02, 2);
     rig.follows = false;
     assert_eq!(rig.job(ORDER), Err(AbortCode::DEVICE_STATE));
@@ -202,7 +202,7 @@ fn a_refusal_is_an_abort_code() {
     assert_eq!(rig.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::HARDWARE_ERROR));
 }
 
-/// Also when nothing changes, and not when only the telegrams go on.
+/// This holds when nothing changes, too, but not when only the telegrams go on.
 #[test]
 fn facts_are_as_old_as_the_reading_of_the_status() {
     let mut rig = Rig::known(&AG02, 2);
@@ -230,7 +230,7 @@ fn facts_are_as_old_as_the_reading_of_the_status() {
     }
     let facts = rig.master().facts().unwrap();
     assert_eq!((facts.value.position, facts.fresh(rig.now, worst)), (101, None));
-    // One that counts as lost begins anew, and says so no more.
+    // A drive that counts as lost starts anew, and is not reported again.
     rig.begin(ORDER);
     rig.door.lose(rig.now);
     rig.answers = true;
@@ -253,16 +253,16 @@ fn what_is_new_is_reported_a_position_every_10_ms() {
         assert_eq!(rig.reports(), expected, "after {turn}");
     }
     assert_eq!(rig.now.since(begin), Duration::from_millis(25));
-    // A status at once, and with it the position.
+    // The status is known at once, and with it the position.
     rig.status |= 8;
     rig.turn();
     assert_eq!(rig.reports(), [facts(0x180, 125)]);
-    // Nor is a velocity known before it has been measured.
+    // A velocity is not known before it has been measured.
     rig.turns(120);
     rig.reports();
     rig.turns(30);
     assert_eq!(rig.reports(), [], "nothing is new");
-    // So is what is known when a job is over.
+    // The facts at the end of a job are also reported.
     rig.begin(Job::Look);
     let mut reports = Vec::new();
     for _ in 0..20 {
@@ -277,7 +277,7 @@ fn what_is_new_is_reported_a_position_every_10_ms() {
     rig.actual += 1;
     rig.turn();
     assert_eq!(rig.reports(), [], "once");
-    // What is lost ends what is under way.
+    // The loss of the drive ends the job in progress.
     rig.begin(ORDER);
     rig.turn();
     rig.master().handle_offline();
@@ -286,7 +286,7 @@ fn what_is_new_is_reported_a_position_every_10_ms() {
     assert_eq!(rig.reports(), [facts(0x180, rig.actual)]);
     rig.turns(500);
     assert_eq!(rig.reports(), []);
-    // Its deadlines are those of the master.
+    // The door has the deadlines of the master.
     rig.answers = false;
     rig.begin(Job::Read(Address::new(0x2410, 5)));
     let due = rig.door.poll_timeout().unwrap();

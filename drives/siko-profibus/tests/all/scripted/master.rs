@@ -54,7 +54,7 @@ fn an_order_is_its_words() {
         (Order::Hold, vec![0x03], vec![0x03]),
         (Order::Release, vec![0x00], vec![0x00]),
         (Order::ResetFault, vec![0x00, 0x80, 0x00], vec![0x00, 0x80, 0x00]),
-        // The target goes ahead of the edge.
+        // The target precedes the edge.
         (Order::Start, vec![0x3B, 0x7B], vec![0x4B]),
         (Order::Interrupt(Braking::Programmed), vec![0x1B], vec![]),
         (Order::Interrupt(Braking::Full), vec![0x0B, 0x3B], vec![]),
@@ -72,7 +72,7 @@ fn an_order_is_its_words() {
             assert_eq!(rig.words(), words, "{order:?}, {mode}");
         }
     }
-    // Bit 6, whose edges start travels, stays as it is in all other words.
+    // Bit 6, whose edges start travels, is unchanged in all other words.
     let mut rig = Rig::enabled(2);
     for (order, sent) in [
         (Order::Start, vec![(0x3B, 700), (0x7B, 700)]),
@@ -114,13 +114,13 @@ fn an_order_is_followed_when_its_words_have_arrived_and_the_status_shows_it() {
         assert_eq!(rig.master().poll(), None, "{order:?}");
         rig.status = after;
         assert_eq!(rig.next().0, Event::Followed, "{order:?}");
-        // What could still be followed later is taken back.
+        // An order that could still be followed later is withdrawn.
         let mut rig = ordered();
         assert_eq!(rig.next(), (Event::NotFollowed, 400), "{order:?}");
         rig.turns(5);
         assert_eq!(rig.words(), words, "{order:?}");
     }
-    // What has become of it is known: the status that was asked for before does not count.
+    // The result must be known: an earlier request for the status does not count.
     for turns in 0..4 {
         for order in [Order::Release, Order::Start, Order::Step] {
             let mut rig = Rig::enabled(2);
@@ -141,7 +141,7 @@ fn an_order_is_followed_when_its_words_have_arrived_and_the_status_shows_it() {
             assert_eq!(rig.facts().unwrap().system, system, "{order:?} after {turns}");
         }
     }
-    // A telegram that was on its way carries none of it.
+    // A telegram that was in transit contains nothing of the order.
     for order in [Order::Step, Order::Enable, Order::Release] {
         let mut rig = Rig::enabled(2);
         let before = rig.master().outputs();
@@ -155,7 +155,7 @@ fn an_order_is_followed_when_its_words_have_arrived_and_the_status_shows_it() {
         rig.stuck = None;
         assert_eq!(rig.next().0, Event::Followed);
     }
-    // It is followed, and nothing is known of it.
+    // The order is followed, but nothing is known about it.
     let mut rig = Rig::new(2);
     rig.answers = false;
     assert_eq!(rig.order(Order::Enable, 0), Event::Silent);
@@ -182,20 +182,20 @@ fn a_task_is_answered_or_given_up() {
     rig.parameters.values.insert(SYSTEM, 0x4321);
     let (event, ms) = rig.next();
     assert!(event == Event::Looked && ms <= 5, "{event:?} after {ms} ms");
-    // A deadline that has not come is none.
+    // Before its time, a deadline has no effect.
     rig.master().look();
     let now = rig.now;
     rig.master().handle_timeout(now);
     assert_eq!((rig.master().poll(), rig.next().0), (None, Event::Looked));
     assert_eq!(rig.facts().unwrap().system, 0x4221);
-    // Nothing is asked of a drive that is not there.
+    // Nothing is asked of an absent drive.
     let mut offline = Rig::offline(&AG03_1, 2);
     let now = offline.now;
     offline.master().order(now, Order::Enable, 0);
     let due = offline.master().poll_timeout().unwrap();
     offline.master().handle_timeout(due);
     assert_eq!((offline.master().poll(), offline.master().poll_timeout()), (Some(Event::NotFollowed), None));
-    // What the master asks for itself is no event.
+    // Answers to the master's own requests are no events.
     rig.answers = false;
     rig.turns(1000);
     assert_eq!(rig.master().poll(), None);
@@ -227,7 +227,7 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
         assert_eq!(rig.ask(write(1004, 40)), Event::Answered(Reply::Value(Value::Word(40))));
         assert_eq!(rig.order(Order::Release, 0), Event::Followed);
         assert_eq!(rig.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
-        // What counts is the word that releases it, though it still shows that it is enabled.
+        // The word that releases it counts, though the drive still shows that it is enabled.
         let mut rig = Rig::enabled(2);
         rig.parameters.values.insert(SYSTEM, moves);
         rig.follows = false;
@@ -248,7 +248,7 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
     assert_eq!(rig.ask(write(MODE, 2)), Event::Answered(Reply::Value(Value::Word(2))));
     rig.turns(10);
     assert_eq!((rig.facts().unwrap().mode, rig.words()), (Mode::Positioning, vec![0x3B]));
-    // After PNU 970, the mode may be another one.
+    // PNU 970 may change the mode.
     for (begins, starts, ends, words) in [
         (2, true, 1, vec![0x0B]),
         (2, true, 2, vec![]),
@@ -268,7 +268,7 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
         assert_eq!(rig.words(), words, "from {begins} to {ends}");
         assert_eq!(rig.parameters.asked, [MODE, 1010, 1011, 1012, SYSTEM].map(read));
     }
-    // One that is not enabled is not enabled by it, and an intermediate stop is not over.
+    // This does not enable a drive, and an intermediate stop is not over.
     for (stops, begins, ends) in [(false, 2, 1), (false, 1, 2), (true, 2, 2)] {
         let mut rig = if stops { Rig::enabled(begins) } else { Rig::new(begins) };
         if stops {
@@ -280,7 +280,7 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
         rig.turns(20);
         assert!(rig.words().is_empty());
     }
-    // The mode is not written before the word has arrived that starts nothing in either.
+    // The mode is not written before a word has arrived that starts nothing in either mode.
     let mut rig = Rig::enabled(2);
     rig.parameters.values.insert(SYSTEM, 0);
     rig.turns(10);
@@ -288,7 +288,7 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
     rig.master().ask(write(MODE, 1));
     rig.turns(50);
     assert_eq!(rig.parameters.values[&MODE], 2);
-    // An order waits until it is known.
+    // An order waits until the mode is known.
     let mut rig = Rig::enabled(2);
     rig.ask(write(970, 1));
     rig.parameters.values.insert(MODE, 1);
@@ -304,7 +304,7 @@ fn a_drive_that_lets_go_does_not_go_on_by_itself() {
     rig.status = 0x0207;
     rig.turns(3);
     assert!(rig.words().is_empty());
-    // Nor one that is there again.
+    // A drive that is back does not go on by itself either.
     let mut rig = Rig::enabled(2);
     rig.master().ask(read(1004));
     let now = rig.now;
@@ -333,21 +333,21 @@ fn velocities_are_measured_over_50_ms_in_positioning_mode() {
             assert_eq!(measured, before, "{counts}, after {turn}");
         }
     };
-    // The first measurement begins with the first exchange, and the next ones where the one before has ended.
+    // The first measurement begins with the first exchange, and each further one at the end of the previous one.
     while rig.now.as_micros() % 50_000 != 1000 {
         rig.turn();
     }
     for (counts, velocity) in [(80, 60), (-80, -60), (1, 1), (-1, -1), (3, 2), (0, 0), (4000, 3000)] {
         runs(&mut rig, counts, velocity);
     }
-    // What moves does not stand, however slow it is.
+    // A moving drive does not stand, however slow it is.
     let mut slow = Rig::offline(&AG03_1, 2);
     slow.parameters.values.insert(1011, 10);
     slow.turns(60);
     slow.actual -= 1;
     slow.turns(50);
     assert_eq!(slow.facts().unwrap().velocity, -1);
-    // What is read changes nothing about it.
+    // Reading changes nothing about it.
     let mut moving = Rig::new(2);
     moving.turns(100);
     for _ in 0..100 {
@@ -358,7 +358,7 @@ fn velocities_are_measured_over_50_ms_in_positioning_mode() {
     assert!((70..=80).contains(&velocity), "{velocity}");
     moving.ask(read(1004));
     assert_eq!(moving.facts().unwrap().velocity, velocity);
-    // What is written may move the position, and another mode has another actual value.
+    // A write may change the position, and another mode has another actual value.
     let mut rig = Rig::new(1);
     rig.actual = 30;
     rig.turns(200);

@@ -1,4 +1,4 @@
-//! Without a bus: the master's side and the gateway's door against a scripted drive.
+//! Without a bus: the master's side and the gateway's door with a scripted drive.
 
 mod gateway;
 mod master;

@@ -13,7 +13,7 @@ use siko_profibus::{AG03_1, Model, PPO, table};
 pub(crate) const MODE: u16 = 930;
 pub(crate) const SYSTEM: u16 = 1020;
 
-/// What its parameters hold, and which have been asked for.
+/// The values of its parameters, and those that were requested.
 pub(crate) struct Parameters {
     model: &'static Model,
     pub(crate) values: BTreeMap<u16, u32>,
@@ -64,18 +64,18 @@ pub(crate) struct Rig {
     pub(crate) follows: bool,
     pub(crate) status: u16,
     pub(crate) actual: i32,
-    /// STW and HSW that its telegrams carry as long as those of the master do not arrive.
+    /// STW and HSW that arrive instead of the master's, while these are held up.
     pub(crate) stuck: Option<(u16, i32)>,
-    /// STW and HSW.
+    /// The last STW and HSW.
     pub(crate) last: (u16, i32),
-    /// The same, when they change.
+    /// STW and HSW at each change.
     sent: Vec<(u16, i32)>,
-    /// What has been reported last.
+    /// The last reported facts.
     pub(crate) shown: Option<siko::gateway::Facts>,
 }
 
 impl Rig {
-    /// A drive in a mode of PNU 930, which does not exchange data yet.
+    /// A drive in a mode of PNU 930, before its first exchange of data.
     pub(crate) fn offline(model: &'static Model, mode: u32) -> Self {
         let values = BTreeMap::from([(MODE, mode), (1010, 1), (1011, 1), (1012, 0), (SYSTEM, 0x80)]);
         let parameters = Parameters { model, values, asked: Vec::new(), refusal: None, is_authorised: true };
@@ -95,7 +95,7 @@ impl Rig {
         }
     }
 
-    /// All is known of it.
+    /// A drive about which everything is known.
     pub(crate) fn new(mode: u32) -> Self {
         let mut rig = Rig::offline(&AG03_1, mode);
         rig.turns(20);
@@ -118,7 +118,7 @@ impl Rig {
         self.door.master_mut()
     }
 
-    /// An exchange, which takes a millisecond.
+    /// One exchange, which takes a millisecond.
     pub(crate) fn turn(&mut self) {
         let mut sent = self.master().outputs();
         if let Some((word, target)) = self.stuck {
@@ -147,7 +147,7 @@ impl Rig {
         }
     }
 
-    /// What a drive shows at once that does what it is ordered to.
+    /// The immediate status of a drive that follows the order.
     fn follow(&mut self, word: u16, before: u16) {
         let enabled = control::ON | control::ENABLE_OPERATION;
         let travels = enabled | control::NO_STOP | control::NO_INTERMEDIATE_STOP;
@@ -167,7 +167,7 @@ impl Rig {
         (0..turns).for_each(|_| self.turn());
     }
 
-    /// The next event, and after how many milliseconds it came.
+    /// The next event, and the milliseconds until it came.
     #[track_caller]
     pub(crate) fn next(&mut self) -> (Event, u64) {
         let begin = self.now;
@@ -193,12 +193,12 @@ impl Rig {
         self.next().0
     }
 
-    /// What has been sent since this was asked before.
+    /// What has been sent since the last call.
     pub(crate) fn sent(&mut self) -> Vec<(u16, i32)> {
         core::mem::take(&mut self.sent)
     }
 
-    /// The control words of it.
+    /// The control words sent since the last call.
     pub(crate) fn words(&mut self) -> Vec<u16> {
         self.sent().into_iter().map(|(word, _)| word).collect()
     }

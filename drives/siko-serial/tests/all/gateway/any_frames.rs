@@ -11,7 +11,7 @@ use super::rig::NODE;
 
 type Gateway = SerialNode<VirtualLine>;
 
-/// Frames that a node listens to more often than others, and commands more often than other bytes.
+/// Frames with identifiers and commands that a node receives, more often than with others.
 fn frame() -> impl Strategy<Value = Frame> {
     let id = prop_oneof![
         Just(0x000),
@@ -34,7 +34,7 @@ fn frame() -> impl Strategy<Value = Frame> {
     (id, data).prop_map(|(id, data)| Frame::new(CobId::standard(id).unwrap(), &data).unwrap())
 }
 
-/// Lets time pass; returns the answer of the SDO server, if there is one.
+/// Lets time pass. Returns the answer of the SDO server, if any.
 fn pass(node: &mut Gateway, now: &mut Instant, span: Duration) -> Option<Frame> {
     let (until, mut answer) = (*now + span, None);
     loop {

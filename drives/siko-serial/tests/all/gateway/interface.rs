@@ -1,4 +1,4 @@
-//! What the interface has, lacks, and costs.
+//! What the interface has and lacks, and what it costs.
 
 use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::service::sdo_client::SdoError;
@@ -82,7 +82,7 @@ fn the_set_point_is_kept_by_the_drive() {
     let mut rig = Rig::new();
     rig.drive.write(od::TARGET_POSITION, od::Position(1234)).unwrap();
     assert_eq!(rig.drive.read(od::TARGET_POSITION).unwrap(), od::Position(1234));
-    // The other mode's is kept by the gateway.
+    // The gateway keeps the target of the other mode.
     rig.drive.write(od::TARGET_VELOCITY, od::Velocity(30)).unwrap();
     assert_eq!(rig.drive.read(od::TARGET_VELOCITY).unwrap(), od::Velocity(30));
     assert_eq!(rig.drive.read(od::TARGET_POSITION).unwrap(), od::Position(1234));

@@ -6,7 +6,7 @@ use lexican_runtime::Instant;
 use siko_serial::Line;
 use siko_serial::sim::VirtualLine;
 
-/// What happens to a byte, by its number from 0 in both directions together; `None` loses it.
+/// Decides about a byte by its number, from 0 in both directions together; `None` loses it.
 type Fate = Box<dyn FnMut(u64, u8) -> Option<u8> + Send>;
 
 pub(crate) struct Noisy {
@@ -24,7 +24,7 @@ impl Noisy {
         (self.fate, self.bytes) = (Box::new(fate), 0);
     }
 
-    /// How many bytes there have been since the fate was set.
+    /// The number of bytes since the fate was set.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes
     }

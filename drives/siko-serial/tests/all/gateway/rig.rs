@@ -44,7 +44,7 @@ impl Rig {
         self.node.lock().unwrap().line().0.line.with_drive(|drive, now| look(drive.drive_mut(), now))
     }
 
-    /// What happens to the bytes of the line from now on.
+    /// Sets what happens to the bytes of the line from now on.
     pub(crate) fn set_fate(&self, fate: impl FnMut(u64, u8) -> Option<u8> + Send + 'static) {
         self.node.lock().unwrap().line().0.set_fate(fate);
     }

@@ -1,4 +1,4 @@
-//! Lost or damaged bytes, and a line that is cut: success or a named error, and no motion that was not ordered.
+//! Lost or damaged bytes, and a cut line: success or a named error, and no unordered motion.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
@@ -16,7 +16,7 @@ use siko_serial::sim::{SerialDrive, VirtualLine};
 use super::noisy::Noisy;
 use super::rig::Rig;
 
-/// Travels while one byte in `one_in` is what `damage` makes of it. Returns the outcome, and checks the motion.
+/// Travels while `damage` alters one byte in `one_in`. Returns the outcome, and checks the motion.
 #[track_caller]
 fn travel(seed: u64, one_in: u64, damage: fn(u8) -> Option<u8>) -> Result<Outcome, Error> {
     let mut rig = Rig::new();
@@ -47,14 +47,15 @@ fn lost_bytes_end_in_success_or_in_a_named_error() {
     assert!(outcomes.iter().any(Result::is_ok));
 }
 
-/// Noise that is no letter and no digit: those are commands for the drive, as the documentation of the gateway says.
+/// The noise contains no letters and digits, because they are commands for the drive, as the gateway's documentation
+/// says.
 #[test]
 fn damaged_bytes_end_in_success_or_in_a_named_error() {
     let outcomes: Vec<_> = (100..140).map(|seed| travel(seed, 60, |byte| Some(byte | 0x80))).collect();
     assert!(outcomes.iter().any(Result::is_ok));
 }
 
-/// Each byte of the order alone: a setpoint in which a digit is another one is never travelled to.
+/// Damages each byte of the order in turn: a setpoint with a wrong digit never starts a travel.
 #[test]
 fn a_setpoint_that_is_not_read_back_as_it_was_written_starts_nothing() {
     for at in 0..80 {
@@ -126,7 +127,7 @@ fn a_drive_that_restarts_while_the_line_is_cut_boots() {
 
 type Operation = fn(&mut Drive<SerialLink<Noisy>>) -> Result<(), Error>;
 
-/// A drive on a link of its own, and what happens to its bytes: those of these numbers are lost.
+/// A drive on a separate link. Bytes whose numbers are in the range are lost.
 fn on_its_own_link() -> (Drive<SerialLink<Noisy>>, Arc<Mutex<Range<u64>>>) {
     let settings = Settings { baud: 19_200, ..Settings::default() };
     let mut line = Noisy::new(VirtualLine::with_settings(SerialDrive::default(), settings));
@@ -141,7 +142,7 @@ fn on_its_own_link() -> (Drive<SerialLink<Noisy>>, Arc<Mutex<Range<u64>>>) {
     (Drive::connect_unprotected(gateway::link(line, settings, NODE), NODE).unwrap(), lost)
 }
 
-/// A drive that only could not be heard has not restarted, whatever it was doing, and does what it is told next.
+/// A drive whose answers were lost has not restarted, whatever it was doing, and follows the next order.
 #[test]
 fn lost_answers_are_no_restart() {
     let operations: [(&str, Operation); 4] = [

@@ -1,4 +1,4 @@
-//! An operation is cancelled from elsewhere: the drive then stands, and the operation says so.
+//! An operation is cancelled from elsewhere: the drive then stands, and the operation reports it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,7 +14,7 @@ use super::rig::{NODE, Rig};
 
 type Operation = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
 
-/// Cancels after so many frames.
+/// Cancels after this many frames.
 fn cancel_after(rig: &Rig, handle: CancelHandle, frames: u64) {
     let left = AtomicU64::new(frames);
     rig.bus.observe(move |_, _| {
@@ -63,7 +63,7 @@ fn an_operation_that_is_cancelled_at_any_frame_leaves_the_drive_standing() {
             let ended = operation(&mut rig.drive);
             assert!(matches!(ended, Err(Error::Cancelled { node: NODE, .. })), "{mode} at frame {at}: {ended:?}");
             assert_eq!(rig.velocity(), 0, "{mode} at frame {at}");
-            // It is the operation that has ended, not the driver.
+            // Only the operation has ended, not the driver.
             let state = rig.drive.state().unwrap();
             assert!(
                 [State::OperationEnabled, State::QuickStopActive].contains(&state),

@@ -1,4 +1,4 @@
-//! A link that always has a frame: nothing waits for its end.
+//! A link that always has a frame: no operation waits until there are none.
 
 use std::sync::{Arc, Mutex};
 

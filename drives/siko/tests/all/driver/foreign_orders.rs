@@ -10,7 +10,7 @@ use siko_ag03_1::sim::inputs::Shaft;
 
 use super::rig::{NODE, Rig, refused};
 
-/// Another manager, which answers the first order of a velocity with one of its own.
+/// Another manager, which answers the first velocity order with one of its own.
 struct Rival {
     order: Option<Frame>,
     outbox: Option<Frame>,
@@ -50,7 +50,7 @@ fn a_travel_that_ends_elsewhere_has_not_reached_its_target() {
     assert_eq!(rig.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
 }
 
-/// The target that the drive shows is that of the order still.
+/// The target that the drive shows is still that of the order.
 #[test]
 fn a_travel_that_a_foreign_step_has_ended_has_not_reached_its_target() {
     let mut rig = Rig::enabled();
@@ -64,7 +64,7 @@ fn a_travel_that_a_foreign_step_has_ended_has_not_reached_its_target() {
     assert_eq!(rig.drive.finish().unwrap(), Outcome::Overridden { position });
 }
 
-/// Another manager has changed the width since it was read.
+/// Another manager has changed the width since the driver read it.
 #[test]
 fn a_step_of_another_width_is_not_the_one_that_was_ordered() {
     let mut rig = Rig::enabled();
@@ -79,7 +79,7 @@ fn a_step_of_another_width_is_not_the_one_that_was_ordered() {
     assert_eq!(rig.drive.step().unwrap(), Outcome::Overridden { position: 400 });
 }
 
-/// It may prepare an order, and not give it.
+/// Another manager may prepare an order without giving it.
 #[test]
 fn a_target_that_is_only_written_overrides_nothing() {
     let mut rig = Rig::enabled();
@@ -103,7 +103,7 @@ fn a_resumed_travel_is_compared_with_its_target_too() {
     assert_eq!(rig.drive.finish().unwrap(), Outcome::Overridden { position: 4000 });
 }
 
-/// The window around a low velocity includes standstill.
+/// The window around a low velocity includes zero.
 #[test]
 fn a_blocked_shaft_does_not_run() {
     let mut rig = Rig::running();
@@ -141,7 +141,7 @@ fn a_foreign_velocity_is_not_the_one_that_was_ordered() {
     assert!(matches!(outcome, VelocityOutcome::Overridden { .. }), "{outcome:?}");
 }
 
-/// An order to inch beyond a limit that the drive does not take says which limit that is.
+/// If the drive refuses to inch beyond a limit, the error names the limit.
 #[test]
 fn inching_at_a_limit_names_the_limit() {
     for (target, direction, limit) in [
@@ -152,7 +152,7 @@ fn inching_at_a_limit_names_the_limit() {
         rig.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(1000)).unwrap();
         rig.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(-1000)).unwrap();
         assert_eq!(rig.drive.move_to(target).unwrap(), Outcome::Reached { position: target });
-        // The order gets lost, as if the drive did not take it.
+        // The order is lost, as if the drive did not accept it.
         rig.bus.set_fate(|_, frame| match frame.data() {
             [0x0F, 0x40 | 0x80] if frame.id() == CobId::of_node(0x200, NODE) => Fate::Lose,
             _ => Fate::Deliver,

@@ -1,5 +1,5 @@
-//! Inching of the simulated drive where velocities and bits show little: slowly, in short steps, and with a shaft that
-//! is turned by hand.
+//! Inching of the simulated drive where velocities and bits show little: slowly, in short steps, and with a shaft
+//! turned by hand.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use siko_ag03_1::state::State;
 use super::rig::{NODE, Rig};
 
 impl Rig {
-    /// A drive that is enabled, and inches with this velocity in rev/min and this acceleration in percent.
+    /// An enabled drive that inches with this velocity in rev/min and this acceleration in percent.
     fn inching(speed: u8, acceleration: u8) -> Self {
         let mut rig = Rig::new();
         rig.drive.write(od::MOTOR_PARAMETER_SET.v_inch(), od::Speed(speed)).unwrap();
@@ -26,7 +26,7 @@ impl Rig {
         self.drive.write(od::DELTA_JOG, od::Position(increments)).unwrap();
     }
 
-    /// In increments/s, however slow.
+    /// The velocity in increments/s, without rounding.
     fn shaft_velocity(&self) -> f64 {
         self.simulated.lock().unwrap().shaft(self.bus.now()).velocity
     }
@@ -62,7 +62,7 @@ fn slow_inching_is_seen_to_begin_and_is_under_way_until_it_is_stopped() {
     }
 }
 
-/// The order that has led there need not be taken back for the one that leads back.
+/// The drive can inch back without withdrawing the order that led there.
 #[test]
 fn from_beyond_a_limit_it_inches_back_at_once() {
     let mut rig = Rig::inching(30, 50);
@@ -92,7 +92,7 @@ fn a_step_that_loses_its_supply_is_interrupted() {
     assert!(matches!(outcome, Outcome::Interrupted { state: State::OperationEnabled, .. }), "{outcome:?}");
 }
 
-/// Stop interrupts travels: a step is not one.
+/// Stop interrupts only travels, not steps.
 #[test]
 fn what_stops_a_drive_stops_a_step() {
     type Stop = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
@@ -129,7 +129,7 @@ fn a_driver_that_is_dropped_stops_a_step() {
     assert_eq!(simulated.lock().unwrap().shaft(bus.now()).velocity, 0.0);
 }
 
-/// The motor lets go at its target, and the order is lost: what turns then is not the drive.
+/// The motor releases the shaft at its target, and the order is lost: the drive does not cause the turning.
 #[test]
 fn a_shaft_that_is_turned_by_hand_has_not_begun_to_inch() {
     for by_hand in [-400, -3, 3] {

@@ -1,4 +1,4 @@
-//! The typed driver against the simulated drive: every operation, every refusal, faults in between.
+//! The typed driver with the simulated drive: every operation, every refusal, and faults in between.
 
 use std::sync::{Arc, Mutex};
 
@@ -37,7 +37,7 @@ fn a_travel_reaches_its_target() {
     assert_eq!(rig.drive.move_to(-20).unwrap(), Outcome::Reached { position: -20 }, "no way to go");
 }
 
-/// What another manager has left in the control word does not matter.
+/// Bits that another manager has left in the control word do not matter.
 #[test]
 fn every_edge_is_made_from_below() {
     let mut rig = Rig::enabled();
@@ -196,7 +196,7 @@ fn torque_deactivation_can_be_resumed() {
     assert_eq!(rig.drive.finish().unwrap(), Outcome::Reached { position: 5000 });
 }
 
-/// An edge that has not helped does not stand in the way of the next one.
+/// An edge without effect does not prevent the next one.
 #[test]
 fn a_travel_that_its_load_still_forbids_is_resumed_once_that_is_gone() {
     let mut rig = Rig::enabled();
@@ -235,7 +235,7 @@ fn a_quick_stop_does_not_enable_a_drive_that_is_not() {
     assert_eq!(rig.drive.state().unwrap(), State::SwitchOnDisabled);
 }
 
-/// Its way to OPERATION ENABLED leads through states without torque: a drive that still brakes would coast there.
+/// The way to OPERATION ENABLED leads through states without torque, in which a drive that still brakes would coast.
 #[test]
 fn a_drive_that_brakes_by_quick_stop_stands_before_it_is_enabled() {
     let mut rig = Rig::new();
@@ -354,7 +354,7 @@ fn a_driver_that_is_dropped_stops_the_drive() {
     assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0);
 }
 
-/// TPDO1 has an inhibit time: what it reported last may be out of date.
+/// TPDO1 has an inhibit time, so its last report may be out of date.
 #[test]
 fn a_driver_that_is_dropped_at_once_stops_the_drive() {
     type Order = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
@@ -393,7 +393,7 @@ fn parameters_are_read_compared_written_and_restored() {
     let factory = rig.drive.read_parameters().unwrap();
     rig.drive.write(od::MOTOR_PARAMETER_SET.a_pos(), od::Acceleration(75)).unwrap();
     rig.drive.write(od::LOOP_LENGTH, od::LoopLength(5)).unwrap();
-    // Both limits move beyond where the other was.
+    // Both limits move beyond the former value of the other.
     rig.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(5_000_000)).unwrap();
     rig.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(4_000_000)).unwrap();
     assert_eq!(rig.drive.compare_parameters(&factory).unwrap().len(), 4);
@@ -408,7 +408,7 @@ fn parameters_are_read_compared_written_and_restored() {
     assert_eq!(rig.drive.compare_parameters(&factory).unwrap(), []);
 }
 
-/// A limit waits for the other one, and the calibration value for both, from all values that the drive had before.
+/// A limit waits for the other one, and the calibration value for both, whatever values the drive had before.
 #[test]
 fn a_set_of_parameters_is_written_in_whatever_order_the_drive_takes_it() {
     let limits = od::SOFTWARE_POSITION_LIMIT;
@@ -492,7 +492,7 @@ fn cob_ids_that_the_driver_does_not_go_by_are_told_of() {
         (od::TPDO1_PARAMETER.cob_id(), 0x285, false),
         (od::TPDO1_PARAMETER.cob_id(), 0x4000_0185, true),
         (od::TPDO3_PARAMETER.cob_id(), 0x8000_0385, true),
-        // The driver follows it.
+        // The driver adapts to the change.
         (od::COB_ID_EMERGENCY_MESSAGE, 0x86, true),
         (od::COB_ID_EMERGENCY_MESSAGE, 0x8000_0085, true),
         (od::COB_ID_SYNC_MESSAGE, 0x81, true),
@@ -517,7 +517,7 @@ fn cob_ids_that_the_driver_does_not_go_by_are_told_of() {
 fn a_value_of_another_length_is_no_value() {
     let mut rig = Rig::new();
     rig.bus.set_fate(|_, frame| match *frame.data() {
-        // Two bytes where the data sheet has four.
+        // Two bytes instead of the four in the data sheet.
         [0x42, 0x64, 0x60, sub, a, b, ..] => {
             Fate::Replace(Frame::from_array(frame.id(), [0x4B, 0x64, 0x60, sub, a, b, 0, 0]))
         }
@@ -540,7 +540,7 @@ fn a_drive_that_never_gets_ready_is_not_waited_for_without_end() {
     let mut rig = Rig::new();
     let answer = CobId::of_node(0x580, NODE);
     rig.bus.set_fate(move |_, frame| match frame.data() {
-        // NOT READY TO SWITCH ON, whenever the status word is read; it is never sent.
+        // NOT READY TO SWITCH ON whenever the status word is read; TPDOs never show it.
         [_, 0x41, 0x60, 0, ..] if frame.id() == answer => {
             Fate::Replace(Frame::from_array(answer, [0x4B, 0x41, 0x60, 0, 0x00, 0x02, 0, 0]))
         }
@@ -563,7 +563,7 @@ fn an_interruption_does_not_outlive_a_restart() {
     rig.drive.start_moving_to(5000).unwrap();
     rig.pass_ms(1000);
     rig.world(|inputs| inputs.load_ma = 1500);
-    // It stands without an order to stop.
+    // The drive stands without an order to stop.
     let outcome = rig.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::TorqueDeactivated { .. }), "{outcome:?}");
 }

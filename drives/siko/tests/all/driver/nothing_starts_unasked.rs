@@ -1,4 +1,4 @@
-//! No operation that stops, asks or sets up makes the simulated drive move, or enables it.
+//! No operation that stops, reads or sets up makes the simulated drive move, or enables it.
 
 use std::sync::{Arc, Mutex};
 
@@ -14,7 +14,7 @@ use siko_ag03_1::words::control;
 use super::rig::{NODE, Rig};
 
 impl Rig {
-    /// Another manager sends a control word, and the drive reports what it leads to: TPDO1 has an inhibit time.
+    /// Another manager sends a control word, and the drive reports the resulting state. TPDO1 has an inhibit time.
     fn control_and_wait(&mut self, word: u16) {
         self.control(word);
         self.pass_ms(300);
@@ -38,8 +38,8 @@ impl Rig {
     }
 }
 
-/// A falling edge of Stop would run at the last velocity, or go on with a travel that is interrupted, if only for as
-/// long as it takes to see that the drive stands.
+/// A falling edge of Stop would run at the last velocity, or resume an interrupted travel, if only until the driver
+/// sees that the drive stands.
 #[test]
 fn to_end_inching_does_not_take_back_stop() {
     let mut rig = Rig::running();
@@ -56,7 +56,7 @@ fn to_end_inching_does_not_take_back_stop() {
     assert_ne!(rig.drive.velocity().unwrap(), 0, "the travel is not lost");
 }
 
-/// Enable Operation with Stop is Enable Operation.
+/// A control word with both Enable Operation and Stop enables a drive.
 #[test]
 fn what_stops_does_not_enable_a_drive_that_another_manager_has_disabled() {
     type Operation = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
@@ -93,7 +93,7 @@ fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_dis
     assert_eq!(other.state().unwrap(), State::SwitchedOn);
 }
 
-/// A drive that runs at 0 runs at another velocity as soon as that is written.
+/// A drive that runs at 0 runs at any velocity as soon as it is written.
 #[test]
 fn a_drive_in_velocity_mode_is_stopped_before_it_is_set_up() {
     for velocity in [0, 1] {

@@ -1,4 +1,4 @@
-//! The drive monitors its manager: the driver arms life guarding, and sends the requests.
+//! The drive monitors its manager: the driver arms life guarding, and sends the guarding requests.
 
 use std::sync::{Arc, Mutex};
 
@@ -47,7 +47,7 @@ fn life_guarding_is_armed_and_kept_going() {
     assert!(requests.windows(2).all(|pair| pair[1].since(pair[0]) < Duration::from_millis(300)), "{requests:?}");
     assert!(requests.len() >= 39, "{}", requests.len());
     drop(drive);
-    // It gets no more signs of life.
+    // The drive gets no further guarding requests.
     bus.advance(Duration::from_secs(2));
     assert_eq!(simulated.lock().unwrap().state(), State::SwitchOnDisabled);
 }
@@ -63,7 +63,7 @@ fn a_drive_that_is_released_is_not_protected_any_more() {
     assert_eq!(simulated.lock().unwrap().position(link.now()), 5000);
 }
 
-/// What another tool has set up is there again; what a killed program of ours has left is not taken for that.
+/// Settings of another tool are restored; those left by a killed program of this driver are not.
 #[test]
 fn a_drive_that_is_disarmed_holds_what_it_held_before() {
     for (before, after) in [((500, 3), (500, 3)), ((0, 2), (0, 2)), ((250, 4), (0, 4)), ((0, 0), (0, 0))] {

@@ -1,5 +1,5 @@
-//! A drive that loses its power, its bus or its state at any point of an operation is recovered, and does nothing that
-//! is not ordered again.
+//! A drive that loses its power, its bus or its state at any point of an operation is recovered, and does nothing
+//! without a new order.
 
 use std::sync::{Arc, Mutex};
 
@@ -19,7 +19,7 @@ const WITHIN: Recovery = Recovery::within(Duration::from_secs(5));
 /// How long the power is off.
 const OFF: Duration = Duration::from_millis(400);
 
-/// A drive whose power fails when a number of frames have been on the bus, and comes back after a while.
+/// A drive whose power fails after a number of frames on the bus, and comes back later.
 struct Supplied {
     drive: SimulatedDrive,
     left: Option<u64>,
@@ -62,10 +62,11 @@ impl Node for Supplied {
     }
 }
 
-/// What is done when the power fails.
+/// The operation during which the power fails.
 type Operate = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
 
-/// Cuts the power at each frame of an operation. Afterwards the drive stands, is back, stays at rest when it is enabled, and
+/// Cuts the power at each frame of an operation. Afterwards the drive stands, is back, stays at rest when it is
+/// enabled, and travels when it is ordered to.
 /// travels when it is ordered to.
 #[track_caller]
 fn check_power_cuts(operate: Operate) -> u64 {
@@ -82,7 +83,7 @@ fn check_power_cuts(operate: Operate) -> u64 {
             return frames;
         }
         let what = format!("after frame {frames}: {result:?}");
-        // The shaft runs out.
+        // The shaft coasts to a standstill.
         bus.advance(Duration::from_secs(1));
         let stands_at = position();
         let Recovered { now, .. } = drive.recover(&WITHIN).unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -146,7 +147,7 @@ fn it_is_reached_as_soon_as_its_power_is_back_with_mode_and_parameters_as_before
     assert!(!rig.drive.recover(&recovery).unwrap().restarted, "once");
 }
 
-/// The cable has been out, and the drive has gone on.
+/// The cable was unplugged, and the drive has gone on.
 #[test]
 fn a_drive_that_has_gone_on_is_stopped() {
     let mut rig = Rig::enabled();

@@ -11,7 +11,7 @@ use super::rig::{NODE, Rig};
 
 const SECOND: Duration = Duration::from_secs(1);
 
-/// A drive on its way.
+/// A drive during a travel.
 fn travelling() -> Rig {
     let mut rig = Rig::enabled();
     rig.drive.start_moving_to(100_000).unwrap();
@@ -49,7 +49,7 @@ fn passing_time_notices_a_fault() {
     rig.world(|inputs| inputs.sensor_fails = true);
     let fault = Cause::from(fault::SENSOR);
     assert!(matches!(rig.drive.pass(SECOND), Err(Error::Fault(cause)) if cause == fault));
-    // It has been ordered, and nothing moves.
+    // The travel was ordered, but nothing moves.
     rig.drive.pass(SECOND).unwrap();
 }
 
@@ -62,7 +62,7 @@ fn passing_time_notices_silence_soon() {
     assert!(rig.bus.now().since(before) < Duration::from_secs(3));
 }
 
-/// Nothing is expected of a drive that stands.
+/// A drive at standstill need not send anything.
 #[test]
 fn a_drive_that_stands_may_be_silent() {
     let mut rig = Rig::enabled();
@@ -81,7 +81,7 @@ fn a_drive_that_could_not_be_stopped_is_stopped_once_it_is_back() {
     rig.world(|inputs| inputs.bus = inputs::BusState::Active);
     rig.drive.pass(Duration::from_millis(100)).unwrap();
     assert_eq!((rig.velocity(), rig.drive.state().unwrap()), (0, State::OperationEnabled));
-    // It has stopped, as if it had been reached at once.
+    // The drive has stopped, as if it had been reached at once.
     rig.drive.set_mode(Mode::Positioning).unwrap();
 }
 
@@ -102,7 +102,7 @@ fn a_travel_that_could_not_be_interrupted_is_interrupted_once_the_drive_is_back(
     assert_ne!(rig.velocity(), 0);
 }
 
-/// The lock of a shell that has panicked does not stand in the way of the stop.
+/// A lock poisoned by a panicked shell does not prevent the stop.
 #[test]
 fn a_panic_in_the_middle_of_an_operation_stops_the_drive() {
     let Rig { bus, simulated, mut drive } = Rig::enabled();

@@ -84,7 +84,7 @@ fn a_travel_is_interrupted_and_resumed_by_stop() {
     rig.sees(IN_POSITION);
     assert_eq!(rig.status(), 0x1737);
     rig.sees(POSITIONING | MOVING);
-    // Once it is over, it is not resumed, and the next edge begins another one.
+    // Once the travel is over, it cannot be resumed, and the next edge begins another one.
     rig.control(0x011F);
     rig.sees_and_is_done(IN_POSITION);
     assert_eq!((rig.starts(0x001F), rig.starts(0x000F)), (vec![], vec![]));
@@ -121,7 +121,7 @@ fn in_velocity_mode_stop_and_new_targets_are_orders() {
         assert_eq!(rig.frames(), ["585#60FF600000000000"]);
     };
     velocity(&mut rig, 20);
-    // One that the drive refuses does not count.
+    // A target that the drive refuses does not count.
     rig.send("605#23FF600028000000");
     rig.done(Err(AbortCode::INVALID_VALUE));
     assert_eq!(rig.frames(), ["585#80FF600030000906"]);
@@ -184,11 +184,11 @@ fn a_target_is_reached_by_a_travel_or_a_step_and_acknowledged_until_bit_4_falls(
     assert_eq!(rig.status(), 0x1737);
     rig.starts(0x000F);
     assert_eq!(rig.status(), 0x0737);
-    // What is finished stays known as such, also without torque.
+    // A finished travel stays finished, even without torque.
     assert_eq!(rig.control(0x0007), [order(Order::Release, 0)]);
     rig.sees_and_is_done(IN_POSITION | MOTOR_RELEASED);
     assert_eq!(rig.status(), 0x0633);
-    // What is given up is not.
+    // An abandoned travel does not count as finished.
     let mut rig = Rig::travelling();
     assert_eq!(rig.control(0x0007), [order(Order::Release, 0)]);
     rig.sees_and_is_done(POSITIONING | MOTOR_RELEASED);
@@ -263,20 +263,20 @@ fn a_fault_is_reported_and_reset_by_an_edge() {
         rig.report(&[facts(shown), Report::Done(result)]);
         assert_eq!(rig.status() & 0x6F, state, "{result:?}");
     }
-    // The node is stopped meanwhile: it stays a fault, and the word begins anew.
+    // Meanwhile the node is stopped: the fault remains, and the control word starts anew.
     rig.sees(FAULT | MOTOR_RELEASED);
     rig.done(Ok(0x4210));
     rig.send("000#8005");
     rig.send("000#0105");
     assert_eq!(rig.status() & 0x6F, 0x28);
     assert_eq!(rig.control(0x0080), [order(Order::ResetFault, 0)]);
-    // One that comes with an order is the last word.
+    // A fault that comes with an order decides.
     let mut rig = Rig::enabled(1);
     assert_eq!(rig.starts(0x001F), [order(Order::Start, 0)]);
     assert_eq!(rig.sees_and_is_done(FAULT), [Job::Read(FAULTS)]);
     rig.done(Ok(0x4210));
     assert_eq!(rig.status(), 0x0238);
-    // It ends by itself, too.
+    // The fault ends by itself, too.
     let mut rig = Rig::operational(1);
     rig.sees(FAULT | MOTOR_RELEASED);
     rig.done(Ok(0x4210));

@@ -1,4 +1,4 @@
-//! The gateway as a link and as a node: when the line runs, and until when.
+//! The gateway as a link and as a node: when the line runs, and for how long.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -10,15 +10,15 @@ use siko::words::system::MOTOR_RELEASED;
 
 use super::rig::*;
 
-/// A line on which reports come when the test says.
+/// A line whose reports come at times set by the test.
 #[derive(Default)]
 struct Line {
     now: Instant,
     reports: VecDeque<(Instant, Report)>,
-    /// From when until when it has been carried, in ms.
+    /// The periods in which it was carried, in ms.
     carried: Vec<(u64, u64)>,
     is_gone: bool,
-    /// It panics whenever it is carried.
+    /// Whether it panics when it is carried.
     panics: bool,
 }
 
@@ -61,7 +61,7 @@ fn in_ms(at: Instant) -> u64 {
 }
 
 impl Line {
-    /// The drive is there after 10 ms, and in positioning mode after 20.
+    /// The drive appears after 10 ms, and its positioning mode after 20.
     fn new() -> RefCell<Self> {
         let reports = [(ms(10), facts(MOTOR_RELEASED)), (ms(20), Report::Done(Ok(1)))];
         RefCell::new(Line { reports: reports.into(), ..Line::default() })
@@ -72,7 +72,7 @@ fn start() -> Frame {
     "(0000000000.000000) can0 000#0105".parse::<candump::Line>().unwrap().frame
 }
 
-/// A frame that is received, and when the wait is over.
+/// The received frame, and the time at which the wait ends.
 fn receives(link: &mut impl Link, until: u64) -> (Option<String>, u64) {
     let frame = link.receive(ms(until)).unwrap().map(|incoming| match incoming {
         Incoming::Frame(frame) => frame.to_string(),
@@ -94,7 +94,7 @@ fn a_link_waits_for_frames_deadlines_and_the_line() {
     assert_eq!(carried(), [(0, 5), (5, 30), (10, 30), (20, 30)]);
     assert_eq!(receives(&mut link, 500), (Some("185#7002".to_owned()), 110), "TPDO1");
     assert_eq!(carried(), [(30, 110)]);
-    // What has come is taken also by a wait that is over before it begins.
+    // Reports that have come are also taken by a wait that is over before it begins.
     line.borrow_mut().reports.push_back((ms(110), Report::Lost));
     assert_eq!((receives(&mut link, 0), link.gateway().is_connected()), ((None, 110), false));
     assert_eq!(carried(), [(110, 110)]);
@@ -125,7 +125,7 @@ fn a_link_that_is_dropped_carries_what_is_under_way_for_half_a_second() {
     assert_eq!(line.into_inner().carried, [], "nothing is under way");
 }
 
-/// The process is not aborted; what is under way leaves also while a program panics.
+/// The process is not aborted, and pending orders are still sent while a program panics.
 #[test]
 fn a_line_that_panics_while_a_program_does_harms_nobody() {
     for panics in [false, true] {
@@ -154,14 +154,14 @@ fn a_node_follows_the_time_of_its_bus() {
         ("705#00", Some(ms(20)))
     );
     assert_eq!(carried(), [(0, 10), (10, 10)], "what follows from what has come leaves");
-    // What has come by then is taken before a frame, and what follows from the frame leaves, too.
+    // Reports that have come by then are taken before a frame, and the consequences of the frame are sent, too.
     node.handle_frame(ms(25), &start());
     assert!(!node.gateway().is_busy());
     assert_eq!(carried(), [(10, 25), (20, 25), (25, 25), (25, 25), (25, 25)]);
     assert_eq!(node.poll_timeout(), Some(ms(125)), "TPDO1");
     node.handle_timeout(ms(125));
     assert_eq!(node.poll_transmit(ms(125)).unwrap().to_string(), "185#7002");
-    // All that comes at a time is taken then.
+    // All reports due at a time are taken then.
     let lost = [(ms(130), facts(0)), (ms(130), Report::Lost)];
     line.borrow_mut().reports.extend(lost);
     node.handle_timeout(ms(130));

@@ -1,4 +1,4 @@
-//! The node: what waits for the drive, what is dropped when the drive is lost, and its objects.
+//! The node: requests that wait for the drive, those dropped when the drive is lost, and its objects.
 
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
@@ -13,7 +13,7 @@ use super::rig::*;
 fn before_the_drive_answers_the_node_is_silent() {
     let mut rig = Rig::silent();
     assert!(!rig.gateway.is_connected() && !rig.gateway.is_busy());
-    // A client asks one thing at a time: what it asked before, it does not wait for.
+    // A client has one request at a time, and no longer waits for an earlier one.
     assert_eq!(rig.send("605#4060600000000000"), []);
     assert_eq!((rig.send("605#4000100000000000"), rig.frames()), (vec![], vec![]));
     assert_eq!(rig.send("000#0105"), []);
@@ -22,7 +22,7 @@ fn before_the_drive_answers_the_node_is_silent() {
     assert_eq!((rig.gateway.is_connected(), rig.frames()), (true, vec!["705#00".to_owned()]));
     assert_eq!((rig.done(Ok(1)), rig.frames()), (vec![], vec!["585#4200100092010000".to_owned()]));
     assert_eq!(rig.status() & 0x0200, 0x0200, "it has been started");
-    // One that is lost is silent, and has forgotten what waited.
+    // A lost drive is silent, and its waiting requests are dropped.
     rig.control(0x0106);
     assert_eq!(rig.send("605#4060600000000000"), [Job::Read(MODE)]);
     assert_eq!(rig.report(&[Report::Lost]), []);
@@ -33,7 +33,7 @@ fn before_the_drive_answers_the_node_is_silent() {
     assert_eq!((rig.frames(), rig.status()), (vec![], 0x0231), "it is as it was");
 }
 
-/// Nobody says so: the line, or what runs it, is dead.
+/// Nothing reports this, as when the line or its thread has died.
 #[test]
 fn a_node_whose_facts_are_too_old_is_silent_and_then_lost() {
     const BEFORE: Duration = Duration::from_micros(1_999_999);
@@ -46,7 +46,7 @@ fn a_node_whose_facts_are_too_old_is_silent_and_then_lost() {
     rig.gateway.handle_timeout(rig.now);
     rig.gateway.handle_timeout(rig.now + Duration::from_millis(500));
     assert_eq!((rig.frames(), rig.gateway.is_connected()), (vec![], true), "old facts are not sent");
-    // A program that comes back to its link asks, and the door still looks.
+    // A program that returns to its link asks while the door still looks.
     assert_eq!(rig.send("605#4041600000000000"), [Job::Look]);
     rig.sees_and_is_done(POSITIONING | MOVING);
     assert_eq!(rig.frames().last().unwrap(), "585#4241600037D30000");
@@ -59,7 +59,7 @@ fn a_node_whose_facts_are_too_old_is_silent_and_then_lost() {
     rig.now += Duration::from_micros(1);
     rig.gateway.handle_timeout(rig.now);
     assert_eq!((rig.gateway.door_mut().lost, rig.gateway.is_connected(), rig.gateway.is_busy()), (1, false, false));
-    // One that is back is as it was.
+    // A drive that is back has its former state.
     assert_eq!(rig.sees(0), [Job::Read(MODE)]);
     rig.done(Ok(1));
     assert_eq!(rig.status() & 0x006F, 0x0027);
@@ -89,7 +89,7 @@ fn objects_of_the_door_are_read_and_written_there() {
         assert_eq!(rig.send("605#2310240108000000"), [Job::Write(address, 8)]);
         assert_eq!((rig.done(result), rig.frames()), (vec![], vec![answer.to_owned()]));
     }
-    // What a client has given up is not answered; the next request is.
+    // A request that the client has given up is not answered; the next one is.
     assert_eq!(rig.send("605#4010240100000000"), [Job::Read(address)]);
     assert_eq!(rig.send("605#4060600000000000"), []);
     assert_eq!((rig.done(Ok(9)), rig.frames()), (vec![Job::Read(MODE)], vec![]));
@@ -105,7 +105,7 @@ fn objects_of_the_door_are_read_and_written_there() {
     ] {
         assert_eq!((rig.send(request), rig.frames()), (vec![], vec![answer.to_owned()]), "{request}");
     }
-    // The target of the other mode waits in the gateway, and one that the door does not have.
+    // The target for the other mode waits in the gateway, as does one that the door does not have.
     for object in ["FF6000", "7A6000"] {
         let jobs = rig.send(&format!("605#23{object}14000000"));
         assert_eq!((jobs, rig.frames()), (vec![], vec![format!("585#60{object}00000000")]));
@@ -122,16 +122,16 @@ fn objects_of_the_door_are_read_and_written_there() {
 fn an_order_waits_for_its_turn_and_not_for_the_end_of_control() {
     let mut rig = Rig::enabled(1);
     assert_eq!((rig.send("205#0F00"), rig.send("205#1F00")), (vec![Job::Look], vec![]));
-    // A request does not take its place.
+    // A request does not take the place of the order.
     assert_eq!(rig.send("605#4060600000000000"), []);
     assert_eq!((rig.done(Ok(0)), rig.done(Ok(0))), (vec![Job::Look], vec![order(Order::Start, 0)]));
-    // What has been asked for before the node is stopped is not begun then.
+    // An order requested before the node is stopped is not begun afterwards.
     let mut rig = Rig::enabled(1);
     rig.starts(0x000F);
     assert_eq!((rig.send("205#1F00"), rig.send("205#1F20")), (vec![Job::Look], vec![]));
     assert_eq!((rig.send("000#8005"), rig.done(Ok(0))), (vec![], vec![order(Order::Release, 0)]));
     assert_eq!((rig.sees_and_is_done(MOTOR_RELEASED), rig.status()), (vec![], 0x0070));
-    // What has been lost is not gone on with.
+    // A lost order is not resumed.
     let mut rig = Rig::enabled(1);
     assert_eq!((rig.send("205#0F00"), rig.send("205#1F00")), (vec![Job::Look], vec![]));
     rig.send("605#4017100000000000");
@@ -150,7 +150,7 @@ fn of_a_flood_of_control_words_the_oldest_go() {
         rig.frames();
         assert_eq!(rig.status() & 0x7F, state, "{words} after the first one");
     }
-    // The same again is no other word.
+    // The same control word again changes nothing.
     let mut rig = Rig::operational(1);
     rig.send("605#4060600000000000");
     rig.send("205#0600");
@@ -158,7 +158,7 @@ fn of_a_flood_of_control_words_the_oldest_go() {
     rig.done(Ok(1));
     rig.frames();
     assert_eq!(rig.status() & 0x7F, 0x33);
-    // Before the drive has answered, it is NMT that waits.
+    // Before the drive has answered, the NMT command waits.
     let mut rig = Rig::silent();
     rig.send("205#0600");
     assert!(!rig.gateway.is_busy());
@@ -194,7 +194,7 @@ fn control_words_count_in_operational_alone() {
         }
         assert_eq!(rig.send(command), [order(Order::Release, 0)], "{command}");
     }
-    // So is one that the drive does not hold yet, which may come into control by the next order.
+    // So is a motor that the drive does not hold yet, but may hold at the next order.
     let mut rig = Rig::operational(1);
     rig.control(0x0106);
     rig.control(0x0107);
@@ -250,7 +250,7 @@ fn a_target_out_of_range_starts_nothing_and_the_word_beside_it_may_stop() {
 #[test]
 fn what_is_shown_is_what_has_come_last() {
     let mut rig = Rig::operational(1);
-    // By SDO: with the look.
+    // By SDO: with the next look.
     assert_eq!(rig.send("605#4041600000000000"), [Job::Look]);
     rig.report(&[facts(MOTOR_RELEASED | BATTERY_LOW), Report::Done(Ok(0))]);
     assert_eq!(rig.frames(), ["585#42416000F0020000"]);
@@ -294,7 +294,7 @@ fn deadlines_are_those_of_the_door_and_of_the_device_while_it_is_there() {
     }
     rig.gateway.door_mut().deadline = Some(ms(200));
     assert_eq!((rig.gateway.poll_timeout(), rig.frames()), (device, vec![]));
-    // What the door has to report is taken then, and before a frame.
+    // Pending reports of the door are taken then, and before a frame.
     rig.gateway.door_mut().reports.push_back(facts(MOTOR_RELEASED | IN_POSITION));
     rig.gateway.handle_timeout(ms(60));
     assert!(rig.gateway.door().reports.is_empty());
@@ -328,14 +328,14 @@ fn what_was_to_be_sent_when_the_drive_is_lost_is_not_sent_later() {
     rig.send("605#4017100000000000");
     assert_eq!(rig.report(&[Report::Lost]), []);
     assert_eq!(rig.frames(), Vec::<String>::new(), "nor while it is lost");
-    // It has lost its torque meanwhile: it boots.
+    // Meanwhile the drive has lost its torque: it reboots.
     let mut rig = Rig::enabled(1);
     rig.sees(0);
     lose(&mut rig);
     assert_eq!((rig.frames(), rig.status()), (vec!["705#00".to_owned()], 0x0070));
 }
 
-/// Neither by a control word nor by NMT; and what NMT has ordered is ordered again, until it is known.
+/// Neither by a control word nor by NMT. The NMT order is repeated until its effect is known.
 #[test]
 fn a_drive_that_was_releasing_its_motor_when_it_was_lost_has_not_restarted() {
     for nmt in [false, true] {
@@ -363,23 +363,23 @@ fn a_reset_gives_the_communication_objects_their_defaults_and_errors_end_with_th
     asks(&mut rig, "605#2314100085000040", "585#6014100000000000");
     assert_eq!(rig.sees(FAULT | MOTOR_RELEASED), [Job::Read(FAULTS)]);
     rig.done(Ok(0x3120));
-    // The answer to a write waits, and not an emergency before it.
+    // The answer to a write waits for the drive; an emergency before it does not.
     let write = rig.send("605#2310240108000000");
     assert_eq!((write.len(), rig.frames()), (1, vec!["085#2031050000000000".to_owned()]));
     assert_eq!((rig.done(Ok(0)), rig.frames()), (vec![], vec!["585#6010240100000000".to_owned()]));
     asks(&mut rig, "605#4001100000000000", "585#4201100005000000");
     assert_eq!((rig.sees(MOTOR_RELEASED), rig.frames()), (vec![], vec!["085#0000000000000000".to_owned()]));
     asks(&mut rig, "605#4001100000000000", "585#4201100000000000");
-    // And off, but nothing else.
+    // 1014h also switches them off, and does nothing else.
     rig.send("605#2314100085000000");
     rig.frames();
     rig.sees(FAULT | MOTOR_RELEASED);
-    // A code that no table has.
+    // A code that is in no table.
     rig.done(Ok(0x1000));
     asks(&mut rig, "605#4001100000000000", "585#4201100001000000");
     assert_eq!((rig.sees(MOTOR_RELEASED), rig.frames()), (vec![], vec![]));
     asks(&mut rig, "605#4001100000000000", "585#4201100000000000");
-    // A mode that could not be read is asked for again.
+    // A mode that could not be read is requested again.
     rig.send("605#2360600002000000");
     assert_eq!(rig.report(&[Report::Lost]), []);
     assert_eq!(rig.sees(MOTOR_RELEASED), [Job::Read(MODE)]);

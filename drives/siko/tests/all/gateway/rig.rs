@@ -23,7 +23,7 @@ pub(crate) const DOWN: Order = Order::Inch(Direction::Negative);
 
 #[derive(Default)]
 pub(crate) struct Scripted {
-    /// How often it has been told that the drive counts as lost.
+    /// How often it was told that the drive counts as lost.
     pub(crate) lost: usize,
     pub(crate) jobs: Vec<Job>,
     pub(crate) reports: VecDeque<Report>,
@@ -79,12 +79,12 @@ impl Rig {
         Rig { gateway: Gateway::new(model, NODE, Scripted::default()), now: Instant::ZERO }
     }
 
-    /// The drive has not answered yet.
+    /// A gateway whose drive has not answered yet.
     pub(crate) fn silent() -> Self {
         Rig::of(&siko_ag02::sim::MODEL)
     }
 
-    /// OPERATIONAL, with the motor released, in a mode of 6060h.
+    /// A node in OPERATIONAL, with the motor released, in a mode of 6060h.
     pub(crate) fn operational(mode: i64) -> Self {
         let mut rig = Rig::silent();
         assert_eq!(rig.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
@@ -93,7 +93,7 @@ impl Rig {
         rig
     }
 
-    /// OPERATION ENABLED, at rest, with Stop in the control word.
+    /// A drive in OPERATION ENABLED, at rest, with Stop in the control word.
     pub(crate) fn enabled(mode: i64) -> Self {
         let mut rig = Rig::operational(mode);
         assert_eq!([rig.control(0x0106), rig.control(0x0107)], [[], []]);
@@ -102,7 +102,7 @@ impl Rig {
         rig
     }
 
-    /// A travel, in positioning mode.
+    /// A drive during a travel, in positioning mode.
     pub(crate) fn travelling() -> Self {
         let mut rig = Rig::enabled(1);
         assert_eq!(rig.starts(0x001F), [order(Order::Start, 0)]);
@@ -149,14 +149,14 @@ impl Rig {
         jobs
     }
 
-    /// A control word that is judged after a look.
+    /// Sends a control word that is judged after a look.
     #[track_caller]
     pub(crate) fn starts(&mut self, word: u16) -> Vec<Job> {
         assert_eq!(self.control(word), [Job::Look], "{word:04X}");
         self.done(Ok(0))
     }
 
-    /// 6041h.
+    /// The status word, 6041h.
     #[track_caller]
     pub(crate) fn status(&mut self) -> u16 {
         assert_eq!(self.send("605#4041600000000000"), [Job::Look]);
@@ -171,7 +171,7 @@ pub(crate) fn facts_at(system: u16, at: Instant) -> Report {
     Report::Facts(Measured::new(Facts { system, ..Facts::default() }, at))
 }
 
-/// Of the beginning.
+/// Facts at time zero.
 pub(crate) fn facts(system: u16) -> Report {
     facts_at(system, Instant::ZERO)
 }
