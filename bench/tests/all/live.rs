@@ -133,7 +133,7 @@ fn a_number_with_two_readings_moves_and_writes_nothing() {
     assert!(client.ask(write("60,5")).wait().unwrap_err().remedy.unwrap().contains("60.5"));
     assert_eq!(client.ask(Request::Number { text: "12.5".to_owned() }).wait(), Ok(Answer::Number(12.5)));
     client.ask(Request::Number { text: "12.500".to_owned() }).wait().unwrap_err();
-    // What the card shows can be typed.
+    // The value that the card shows can be typed in.
     let shown = bench.view().drives[0].position.unwrap().to_string();
     client.ask(drive(5, Verb::MoveTo, Some(&shown))).wait().unwrap();
 }
@@ -370,7 +370,7 @@ fn what_a_drive_is_set_to_that_bears_on_moving_it_is_shown_while_somebody_is_in_
 
 #[test]
 fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
-    // The data sheet maps the status word alone.
+    // The data sheet maps only the status word.
     let (bench, bus) = bench_and_bus(MACHINE);
     let mut network = Network::new(bus.link());
     let mut write = |index, sub, data: &[u8]| {
@@ -380,7 +380,7 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     write(0x1A00, 1, &[0x20, 0, 0xFD, 0x60]);
     write(0x1A00, 0, &[1]);
     write(0x1800, 5, &[20, 0]);
-    // Another manager starts it: for a client with control the driver would look at the drive, and read its mapping.
+    // Another manager starts it. For a client with control, the driver would observe the drive, and read its mapping.
     bus.link().send(&Frame::new(CobId::NMT, &[1, 6]).unwrap()).unwrap();
     let client = bench.open_client();
     let seen = || {
@@ -388,7 +388,7 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
         let Ok(Answer::Values(seen)) = client.ask(asked).wait() else { panic!("values") };
         seen.first().map(|value| value.at)
     };
-    // Nobody reads it, and it is seen again and again.
+    // Nobody reads it, but it is seen again and again.
     let first = loop {
         match seen() {
             Some(at) => break at,
@@ -406,7 +406,7 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     assert!(frames.rows.iter().all(|row| row.service == "TPDO1" || is_mapping(&row.text)), "{frames:?}");
 }
 
-/// A bus whose driver panics at its first frame.
+/// A link that panics at its first frame.
 struct Failing;
 
 impl lexican_runtime::host::Link for Failing {

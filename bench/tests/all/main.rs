@@ -1,4 +1,4 @@
-//! The model fed with frames, and the engine with its clients over simulated devices.
+//! Tests of the model with frames, and of the engine with its clients over simulated devices.
 
 mod live;
 mod model;
@@ -33,7 +33,7 @@ impl Drop for Ending {
     }
 }
 
-/// A bench of a bus, in real time.
+/// A bench on a bus, in real time.
 fn bench_of(bus: &VirtualBus) -> Ending {
     let link = bus.link();
     bus.set_pace(Pace::RealTime);
@@ -41,7 +41,7 @@ fn bench_of(bus: &VirtualBus) -> Ending {
     Ending(Bench::live(Box::new(link), Setup::new(info)).unwrap())
 }
 
-/// A client that has control, of a bench whose two drives are known.
+/// A client with control, of a bench that knows its two drives.
 fn client(bench: &Bench) -> Client {
     until(bench, |view| {
         view.drives.len() == 2 && view.drives.iter().all(|drive| drive.position.is_some() && drive.state.is_some())
@@ -61,10 +61,10 @@ fn moves(view: &View) -> bool {
     view.drives[0].velocity.is_some_and(|velocity| velocity != 0.0)
 }
 
-/// Waits until a view is so.
+/// Waits until a view satisfies a condition.
 #[track_caller]
 fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
-    // The harness ends a test that waits for ever.
+    // The harness ends a test that never ends.
     loop {
         let view = bench.view();
         if is_so(&view) {

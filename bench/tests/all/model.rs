@@ -1,4 +1,4 @@
-//! The model fed with frames only.
+//! Tests of the model with frames only.
 
 use lexican_bench::model::{BusInfo, Model, Which};
 use lexican_bench::sheet::Sheet;
@@ -9,7 +9,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::data_sheet::DataSheet;
 
-/// A bus that is heard from some time on, which is no zero.
+/// A model of a bus, with times that do not begin at zero.
 struct Bus {
     model: Model,
     now: Instant,
@@ -33,7 +33,7 @@ impl Bus {
         self.model.view()
     }
 
-    /// Node 5 is an AG03/1.
+    /// Makes node 5 an AG03/1.
     fn introduce_drive(&mut self) {
         let sheet = Sheet::new("siko/ag03-1", DataSheet::load("siko/ag03-1", &[]).unwrap());
         self.model.introduce(NodeId::new(5).unwrap(), sheet);
@@ -149,7 +149,7 @@ fn an_sdo_transfer_is_one_row_and_its_value_is_remembered() {
     );
     assert_eq!(bus.model.rows(&Which::default(), None, 0, 10).matching, 7);
 
-    // One that nobody answers is a row once it is known to be one, where its last frame was.
+    // A transfer without an answer becomes a row once that is certain, in place of its last frame.
     bus.after(1, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     bus.after(1, 0x705, &[5]);
     assert_eq!(bus.model.rows(&folded, None, 0, 10).matching, 3);
@@ -170,7 +170,7 @@ fn rows_are_found_from_both_ends() {
     let syncs = Filter { services: vec!["sync".parse().unwrap()], ..Filter::default() };
     let syncs = Which { key: "sync".to_owned(), filter: syncs, ..Which::default() };
     let numbers = |frames: &lexican_bench::view::Frames| frames.rows.iter().map(|row| row.number).collect::<Vec<_>>();
-    // A step looks at a part of the rows, so that the bus does not wait for long.
+    // A step filters only a part of the rows, so that the bus does not wait for long.
     let page = bus.model.rows(&syncs, None, 998, 10);
     assert!(page.matching < 500, "{}", page.matching);
     while !bus.model.search(&syncs) {}
@@ -255,7 +255,7 @@ fn the_last_number_of_a_curve_grows_old() {
     assert!(bus.model.curves(-1.0).is_empty());
 }
 
-/// What a drive answers to an upload.
+/// An answer of a drive to an upload.
 fn answer(bus: &mut Bus, ms: u64, index: u16, data: [u8; 4]) {
     let [low, high] = index.to_le_bytes();
     bus.after(ms, 0x605, &[0x40, low, high, 0, 0, 0, 0, 0]);
@@ -282,7 +282,7 @@ fn a_drive_without_power_is_not_shown_as_it_was() {
     let seen = view.drives[0].seen.unwrap();
     assert!(seen.is_old && (5.9..6.1).contains(&(view.time - seen.at)), "{seen:?}");
     assert!(view.nodes[0].seen.unwrap().is_old, "its state of network management, too");
-    // One quantity that is not heard any more is enough.
+    // One quantity that is no longer received is enough.
     bus.after(0, 0x705, &[5]);
     answer(&mut bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
     assert!(bus.wait(0).drives[0].seen.unwrap().is_old, "where it is now is unknown");
@@ -338,7 +338,7 @@ fn what_the_bench_sends_itself_is_no_trouble_of_the_bus() {
     let view = bus.wait(60_000);
     assert_eq!(view.bus.troubles, []);
     assert_eq!(view.nodes.iter().map(|node| (node.id, node.aborts)).collect::<Vec<_>>(), [(5, 0)]);
-    // What somebody else asks for is theirs.
+    // The requests of another manager do not count.
     for _ in 0..30 {
         bus.after(1, 0x605, &[0x40, 0xFF, 0x2F, 0, 0, 0, 0, 0]);
         bus.after(1, 0x585, &[0x80, 0xFF, 0x2F, 0, 0, 0, 0x02, 0x06]);
@@ -351,11 +351,11 @@ fn a_silence_and_a_power_cut_that_are_over_stay_until_they_are_acknowledged() {
     let mut bus = Bus::new();
     let beats = |bus: &mut Bus, count| (0..count).for_each(|_| bus.after(20, 0x705, &[5]));
     bus.after(0, 0x705, &[0]);
-    // The first one comes at once.
+    // The first heartbeat comes right after the boot-up message.
     bus.after(1, 0x705, &[0x7F]);
     beats(&mut bus, 10);
     assert_eq!(bus.troubles(), [""; 0]);
-    // Nobody looks meanwhile.
+    // No view is taken during the silence.
     bus.after(200, 0x705, &[5]);
     beats(&mut bus, 10);
     assert_eq!(bus.troubles(), ["node 5 was silent for 0.2 s, and is heard again"]);
@@ -367,13 +367,13 @@ fn a_silence_and_a_power_cut_that_are_over_stay_until_they_are_acknowledged() {
     assert!(bus.troubles()[1].contains("its power was cut"), "{:?}", bus.troubles());
     bus.model.acknowledge();
     assert_eq!(bus.troubles(), [""; 0]);
-    // What was ordered is no event.
+    // An ordered reset is no event.
     bus.after(10, 0x000, &[0x81, 5]);
     bus.after(1000, 0x705, &[0]);
     assert_eq!(bus.troubles(), [""; 0]);
 }
 
-/// The AG03/1 by its data sheet alone, which has another object in place of one.
+/// The AG03/1 by a data sheet that lacks an object.
 fn sheet_without(index: &str) -> Sheet {
     let eds = library::find("siko/ag03-1").unwrap().input().eds.text().replace(index, "2FFE");
     Sheet::new("drive.eds", DataSheet::parse(Input::new(Source::new("drive.eds", eds))))
@@ -392,7 +392,7 @@ fn what_a_data_sheet_lacks_for_moving_its_drive_is_shown_with_its_node() {
     let text = "there is no 606Ch (actual velocity) that a driver can use: the driver sees by 6064h";
     assert!(velocity.iter().any(|lack| !lack.is_needed && lack.text.starts_with(text)), "{velocity:?}");
     assert!(velocity.iter().all(|lack| !lack.is_needed), "{velocity:?}");
-    // Of this one the driver knows more than the data sheet says.
+    // The driver knows more about this drive than its data sheet says.
     assert_eq!(lacks(Sheet::new("", DataSheet::load("siko/ag03-1", &[]).unwrap())), []);
     let io = "[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n[1000]\nParameterName=Device type\n\
         DataType=7\nAccessType=ro\nDefaultValue=0x30191\n";

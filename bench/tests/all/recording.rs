@@ -8,14 +8,14 @@ use lexican_bench::view::{TraceFilter, View};
 use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-/// When the log was recorded: not at the beginning of all time.
+/// The time of the recording, which is not zero.
 const BEGAN: Duration = Duration::from_secs(1_700_000_000);
 
 fn frame(ms: u64, id: u16, data: &[u8]) -> (Instant, Frame) {
     (Instant::ZERO + BEGAN + Duration::from_millis(ms), Frame::new(CobId::standard(id).unwrap(), data).unwrap())
 }
 
-/// Node 5 boots, is started, says who it is, and reports an emergency: ten seconds.
+/// Node 5 boots, is started, is identified, and reports an emergency, within ten seconds.
 fn log() -> Vec<(Instant, Frame)> {
     vec![
         frame(0, 0x705, &[0]),

@@ -1,4 +1,4 @@
-//! What ends running tasks: a stop, a lost client, a silent node.
+//! What ends tasks in progress: a stop, a lost client, a silent node.
 
 use std::sync::{Arc, Mutex};
 
@@ -19,7 +19,7 @@ id = 6
 sheet = 'kollmorgen/akd'
 ";
 
-/// A machine whose node 6 does not answer SDO requests, or answers late, once this happens.
+/// A machine whose node 6, after an event, does not answer SDO requests or answers them late.
 struct Rig {
     bench: Ending,
     segment: Arc<Mutex<Segment<SimulatedDevice>>>,

@@ -1,4 +1,4 @@
-//! The terminal: the screen of each tab (`tests/tui/`, written by `LEXICAN_BLESS=1`), and the requests of keys.
+//! The terminal: the screen of each tab (`tests/tui/`, written by `LEXICAN_BLESS=1`), and the requests that keys send.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,7 +15,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
-/// A plant of which a drive is in fault.
+/// A plant with a drive in fault.
 fn view() -> View {
     let fault = |at, code: &str, text: &str, row| Fault { at, code: code.to_owned(), text: text.to_owned(), row };
     let feeder = Node {
@@ -170,7 +170,7 @@ fn objects() -> Vec<Object> {
     ]
 }
 
-/// A screen that has got all that it has asked for.
+/// A screen that has received all answers to its requests.
 fn screen(language: Language) -> Screen {
     let mut screen = Screen::new(1, language);
     screen.take(Purpose::Objects(5), Ok(Answer::Objects(objects())));
@@ -310,7 +310,7 @@ fn an_order_goes_to_the_drive_it_was_asked_for() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "6m90");
     assert!(drawn(&mut screen, &view, 80, 24).contains("5 feeder: to which position: 90"));
-    // Another drive is found meanwhile, and takes the row.
+    // Meanwhile another drive is found, and takes the row.
     view.drives.insert(0, Drive { node: 3, ..Drive::default() });
     view.nodes.insert(0, Node { id: 3, ..Node::default() });
     let travel = Request::Drive { node: 5, order: Verb::MoveTo, value: Some("90".to_owned()) };
@@ -353,7 +353,7 @@ fn keys_with_control_or_alt_give_no_order() {
     for modifier in [KeyModifiers::CONTROL, KeyModifiers::ALT] {
         assert_eq!(screen.handle_key(KeyEvent::new(KeyCode::Char('e'), modifier), &view), None);
     }
-    // Backspace, as some terminals send it.
+    // Backspace, as sent by some terminals.
     press(&mut screen, &view, "m95");
     screen.handle_key(KeyEvent::new(KeyCode::Char('h'), KeyModifiers::CONTROL), &view);
     assert!(drawn(&mut screen, &view, 80, 24).contains("to which position: 9▏"));
@@ -380,7 +380,7 @@ fn orders_take_their_values_from_the_last_line() {
     };
     assert_eq!(press(&mut screen, &view, "6e"), order(Verb::Enable, None));
     assert_eq!(press(&mut screen, &view, "m90 deg\n"), order(Verb::MoveTo, Some("90 deg")));
-    // A question that is left asks for nothing, and letters in it are no keys.
+    // A prompt that is left sends nothing, and letters in it are no keys.
     assert_eq!(press(&mut screen, &view, "mq"), None);
     screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
     assert_eq!(press(&mut screen, &view, "q"), Some(Action::Leave));
@@ -467,14 +467,14 @@ fn an_input_of_a_simulated_device_is_set() {
     assert_eq!(press(&mut screen, &view, "p"), Some(Action::Ask(Purpose::Say, off)));
 }
 
-/// A bus whose trace keeps the rows from `first` on, of which each third is an EMCY.
+/// A bus whose trace keeps the rows from `first` on; every third row is an EMCY.
 struct Recorded {
     first: u64,
     end: u64,
 }
 
 impl Recorded {
-    /// Answers what the screen asks.
+    /// Answers the requests of the screen.
     fn answer(&self, screen: &mut Screen, view: &mut View) {
         view.trace = lexican_bench::view::Trace { first: self.first, end: self.end };
         let Some((Purpose::Trace, Request::Trace { filter, from, at, count })) = screen.wants(view) else {
@@ -574,18 +574,18 @@ fn the_end_of_a_job_stays_until_somebody_has_seen_it() {
     assert!(!text.contains("backup of node 2"), "a success makes way for what came after it:\n{text}");
     view.jobs[2].is_success = Some(true);
     assert!(drawn(&mut screen, &view, 80, 24).contains("backup of node 3 has ended"));
-    // It is seen under a question, too, and a question that is left is not what is seen.
+    // It is visible below a prompt, too, and leaving a prompt does not dismiss it.
     press(&mut screen, &view, "6m9");
     assert!(drawn(&mut screen, &view, 80, 24).contains(failed));
     let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
     screen.handle_key(escape, &view);
     assert!(drawn(&mut screen, &view, 80, 24).contains(failed));
-    // What was said last is seen first.
+    // The latest message is shown first.
     screen.handle_key(escape, &view);
     assert!(drawn(&mut screen, &view, 80, 24).contains(failed));
     screen.handle_key(escape, &view);
     assert!(!drawn(&mut screen, &view, 80, 24).contains("backup of node"));
-    // The end of one that is seen is not that of the next one.
+    // Dismissing the end of one job does not dismiss that of the next.
     view.jobs.push(job(4, Some(false)));
     let text = drawn(&mut screen, &view, 80, 24);
     assert!(text.contains("backup of node 4 HAS FAILED") && !text.contains("backup of node 1"), "{text}");
@@ -603,7 +603,7 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
         press(&mut screen, &view, "2/x");
         let text = drawn(&mut screen, &view, 80, 24);
         assert!(text.contains("!! NOT STOPPED: node 5 does not answer"), "{text}");
-        // Nor does one that is under way.
+        // Nor does a stop in progress.
         screen.handle_key(KeyEvent::new(KeyCode::F(12), KeyModifiers::NONE), &view);
         assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
         screen.take(Purpose::Stop, Ok(Answer::Done));
@@ -666,7 +666,7 @@ fn a_drive_that_may_be_moving_is_shown_in_every_tab() {
 
 #[test]
 fn what_is_wrong_or_selected_is_marked_without_colours() {
-    // `drawn` has characters alone: neither colours nor reversed or bold ones.
+    // `drawn` returns only characters, no colours, and no reversed or bold text.
     let (mut view, mut screen) = (view(), screen(Language::English));
     view.bus.state = "bus off".to_owned();
     view.bus.load_percent = Some(91.0);
@@ -708,7 +708,7 @@ fn what_is_pasted_is_text_where_something_is_typed_and_nothing_elsewhere() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "6");
     let before = drawn(&mut screen, &view, 80, 24);
-    // Keys that would enable, run and stop.
+    // Typed, these keys would enable, run and stop.
     screen.paste("ev500\n ");
     assert_eq!(drawn(&mut screen, &view, 80, 24), before);
     press(&mut screen, &view, "m");
@@ -721,7 +721,7 @@ fn what_is_pasted_is_text_where_something_is_typed_and_nothing_elsewhere() {
 #[test]
 fn cursors_show_numbers_and_their_difference() {
     let (view, mut screen) = (view(), screen(Language::English));
-    // From 0 to 14 s; a number is the square of hundredths of them, divided by 1.4.
+    // From 0 to 14 s; a value is the square of the time in hundredths of a second, divided by 1.4.
     press(&mut screen, &view, "5i");
     let text = drawn(&mut screen, &view, 140, 40);
     assert!(text.contains("1*: 7.000 s"), "in the middle of what there is so far:\n{text}");
@@ -740,7 +740,7 @@ fn a_trigger_holds_the_curves_around_the_crossing() {
         let (address, name) = ("6064:00".to_owned(), "Position".to_owned());
         vec![Curve { node: 5, address, name, unit: None, seen: None, points: points.to_vec() }]
     };
-    // It falls at 3.5, rises at 15.5, and falls at 20.5.
+    // The curve falls at 3.5, rises at 15.5, and falls at 20.5.
     let wave = [(0.0, 0.0), (3.0, 10.0), (4.0, 0.0), (15.0, 0.0), (16.0, 10.0), (20.0, 10.0), (21.0, 0.0)];
     for (words, shown) in [("> 5", "11.5 s"), ("< 5", "16.5 s")] {
         let (mut view, mut screen) = (view(), screen(Language::English));
@@ -787,7 +787,7 @@ fn the_mouse_selects_and_scrolls_and_gives_no_order() {
     assert!(mouse(&mut screen, click, 5, 6).lines().any(|line| line.starts_with("▸185")));
     assert!(mouse(&mut screen, click, 5, 4).lines().any(|line| line.starts_with("▸!")));
     mouse(&mut screen, click, 12, 0);
-    // What is asked is about the row that was selected then.
+    // A prompt is about the row that was selected when it was opened.
     press(&mut screen, &view, "\n60");
     assert!(mouse(&mut screen, click, 12, 3).contains("▸6081:00"));
     assert!(mouse(&mut screen, click, 3, 0).contains("[2 Objects]"));

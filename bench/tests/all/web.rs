@@ -15,7 +15,7 @@ use tungstenite::handshake::client::Request;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket, client};
 
-/// A running server, which ends with the test.
+/// A running server, ended with the test.
 struct Served {
     address: SocketAddr,
     token: String,
@@ -39,7 +39,7 @@ impl Served {
         Served { address, token, end, thread: Some(thread) }
     }
 
-    /// The answer to a request with these lines besides its first: status, headers in lower case, body.
+    /// The answer to a request with these headers: status, headers in lower case, body.
     fn asks(&self, line: &str, headers: &[(&str, &str)]) -> (u16, String, Vec<u8>) {
         let mut stream = TcpStream::connect(self.address).unwrap();
         let headers: String = headers.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
@@ -52,12 +52,12 @@ impl Served {
         (status, head, answer[end + 4..].to_vec())
     }
 
-    /// The same with the right Host.
+    /// As [`Served::asks`], with the right Host.
     fn gets(&self, path: &str) -> (u16, String, Vec<u8>) {
         self.asks(&format!("GET {path}"), &[("Host", &self.address.to_string())])
     }
 
-    /// A request for the WebSocket with this token, from a page of the bench.
+    /// A WebSocket request with this token, from a page of the bench.
     fn upgrade(&self, token: &str) -> Request {
         let mut request = format!("ws://{}/ws", self.address).into_client_request().unwrap();
         request.headers_mut().insert("Origin", format!("http://{}", self.address).parse().unwrap());
@@ -65,7 +65,7 @@ impl Served {
         request
     }
 
-    /// The status with which a request for the WebSocket is refused.
+    /// The status with which a WebSocket request is refused.
     fn refusal(&self, request: Request) -> Option<u16> {
         match client(request, TcpStream::connect(self.address).unwrap()) {
             Ok(_) => None,
@@ -94,9 +94,9 @@ impl Drop for Served {
 
 struct Page {
     socket: WebSocket<TcpStream>,
-    /// All fields.
+    /// All fields of the view.
     view: Json,
-    /// The names of the fields in each view.
+    /// The names of the fields in each received view.
     views: Vec<Vec<String>>,
     number: u64,
 }
@@ -106,7 +106,7 @@ impl Page {
         self.socket.send(Message::text(message.to_string())).unwrap();
     }
 
-    /// The next message; `None` when the bench has closed the connection.
+    /// The next message; `None` if the bench has closed the connection.
     fn receives(&mut self) -> Option<Json> {
         loop {
             match self.socket.read() {
@@ -117,7 +117,7 @@ impl Page {
         }
     }
 
-    /// Takes a view.
+    /// Takes over a view.
     fn sees(&mut self, message: &Json) {
         let fields = message["view"].as_object().unwrap();
         self.views.push(fields.keys().cloned().collect());
@@ -127,7 +127,7 @@ impl Page {
         self.sends(&json!({ "seen": true }));
     }
 
-    /// Takes views until this holds of them.
+    /// Takes views until they satisfy a condition.
     fn until(&mut self, holds: impl Fn(&Json) -> bool) {
         while !holds(&self.view) {
             let message = self.receives().unwrap();
@@ -135,7 +135,7 @@ impl Page {
         }
     }
 
-    /// The answer to a request, with views taken meanwhile.
+    /// The answer to a request. Views that come meanwhile are taken over.
     fn asks(&mut self, id: u64, command: &Json) -> Json {
         let mut request = command.clone();
         request["id"] = json!(id);
@@ -162,7 +162,7 @@ fn the_page_is_served_with_its_policies_compressed_and_kept() {
         "cross-origin-opener-policy: same-origin",
         "referrer-policy: no-referrer",
         "x-content-type-options: nosniff",
-        // Its address has the token.
+        // Its address contains the token.
         "cache-control: no-store",
     ] {
         assert!(head.contains(policy), "no {policy}: {head}");
@@ -198,7 +198,7 @@ fn a_missing_or_wrong_token_is_refused() {
         assert_eq!(bench.refusal(bench.upgrade(wrong)), Some(403), "{wrong}");
     }
     assert_eq!(bench.refusal(bench.upgrade(&bench.token)), None);
-    // In the address it counts for the page alone, since addresses are written into logs.
+    // In the address, the token is accepted only for the page, because addresses appear in logs.
     let mut request = format!("ws://{}/ws?token={}", bench.address, bench.token).into_client_request().unwrap();
     request.headers_mut().insert("Origin", format!("http://{}", bench.address).parse().unwrap());
     assert_eq!(bench.refusal(request), Some(403));
@@ -239,7 +239,7 @@ fn a_rebound_host_is_refused_and_a_given_name_is_not() {
         let (status, _, why) = bench.asks(&page, &[("Host", host)]);
         assert_eq!(status, 403, "{host}: {}", String::from_utf8_lossy(&why));
     }
-    // The page of the one who has rebound the name is of the same origin then.
+    // After DNS rebinding, the attacker's page has the same origin.
     let mut rebound = bench.upgrade(&bench.token);
     let host = format!("evil.example:{port}");
     rebound.headers_mut().insert("Host", host.parse().unwrap());
@@ -273,7 +273,7 @@ fn requests_are_answered_or_refused_by_their_number() {
     assert!(refused["refused"]["why"].as_str().unwrap().contains("this is no request"), "{refused}");
     let refused = page.asks(9, &json!({ "do": "nmt", "node": 300, "command": "start" }));
     assert!(refused["refused"]["why"].is_string(), "{refused}");
-    // What is no JSON, or has no number, is of no page of ours.
+    // A message that is not JSON, or has no number, is not from the bench's page.
     for wrong in ["no JSON", "{\"do\": \"stop-all\"}"] {
         let mut page = bench.opens();
         page.socket.send(Message::text(wrong)).unwrap();
@@ -290,7 +290,7 @@ fn a_page_that_takes_no_view_is_lost() {
     let mut hanging = bench.opens();
     page.until(|view| view["control"]["clients"] == 2);
     page.until(|view| view["control"]["clients"] == 1);
-    // Its browser takes all, but the page says nothing: it was sent one view and no more.
+    // Its browser accepts everything, but the page does not respond: it was sent one view and no more.
     let mut views = 0;
     while let Some(message) = hanging.receives() {
         views += usize::from(message["view"].is_object());
@@ -319,7 +319,7 @@ fn a_request_whose_head_never_ends_is_not_waited_for() {
     let mut slow = TcpStream::connect(served.address).unwrap();
     slow.write_all(b"GET / HTTP/1.1\r\nHost: ").unwrap();
     let mut answer = Vec::new();
-    // It is closed from there; the harness ends a test that waits for ever.
+    // The bench closes it; the harness ends a test that never ends.
     let _ = slow.read_to_end(&mut answer);
     assert_eq!(answer, b"");
 }
@@ -328,7 +328,7 @@ fn a_request_whose_head_never_ends_is_not_waited_for() {
 fn more_connections_than_there_are_places_wait_and_do_not_end_the_server() {
     let served = Served::begin();
     let silent: Vec<_> = (0..200).map(|_| TcpStream::connect(served.address).unwrap()).collect();
-    // Those that say nothing lose their places in turn.
+    // Connections that say nothing are dropped in turn.
     let mut asking = TcpStream::connect(served.address).unwrap();
     write!(asking, "GET /icon.svg HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", served.address).unwrap();
     let mut answer = String::new();
