@@ -8,7 +8,7 @@ use lexican_eds::{Diagnostics, Input, Source, load};
 
 /// The file that the child reads.
 const SHAPE: &str = "LEXICAN_SHAPE";
-/// About the size of the files.
+/// The approximate size of the files, in bytes.
 const BYTES: usize = 1_000_000;
 
 #[test]
@@ -41,14 +41,14 @@ fn poor_objects_take_at_most_thirty_times_the_size_of_the_file() {
     check("linked_objects", 30.0);
 }
 
-/// Seven bytes stand for an object and its entry here. There are at most 65,536 of them, which is 20 MB.
+/// Here, seven bytes make an object and its entry. There are at most 65,536 of them, which take 20 MB.
 #[test]
 fn all_objects_without_content_take_at_most_forty_five_times_the_size_of_the_file() {
     check("nothing_but_objects", 45.0);
     check("short_objects", 40.0);
 }
 
-/// What one line stands for is bounded, however long its texts are.
+/// The expansion of one line is limited, however long its texts are.
 #[test]
 fn compact_objects_take_at_most_sixty_times_the_size_of_the_file() {
     check("long_compact_name", 60.0);
@@ -56,7 +56,7 @@ fn compact_objects_take_at_most_sixty_times_the_size_of_the_file() {
     check("compact_objects", 60.0);
 }
 
-/// The child: reads one file and prints by how many KiB the peak of the process exceeds what it had before.
+/// In the child: reads one file, and prints in KiB by how much the peak of the process exceeds the memory before.
 #[test]
 fn read_one_file() {
     let Some(shape) = env::var_os(SHAPE) else { return };
@@ -69,7 +69,7 @@ fn read_one_file() {
     drop(device);
 }
 
-/// A finding that is not kept is counted.
+/// Findings that are not kept must be counted.
 fn nothing_is_lost(diagnostics: &Diagnostics) {
     for code in diagnostics.iter().map(|finding| finding.code) {
         let kept = diagnostics.iter().filter(|finding| finding.code == code).count();
@@ -131,7 +131,7 @@ fn shaped(shape: &str) -> String {
     }
 }
 
-/// As many pieces as make [`BYTES`].
+/// As many pieces as it takes for [`BYTES`].
 fn repeat(head: &str, piece: impl Fn(usize) -> String) -> String {
     let mut text = head.to_owned();
     let mut lines = 0;
@@ -165,7 +165,7 @@ fn resident_kib(key: &str) -> Option<usize> {
     line.trim().trim_end_matches(" kB").parse().ok()
 }
 
-/// A line of about the size of the files.
+/// A line of about [`BYTES`].
 fn long(before: &str) -> String {
     format!("{before}{}\n", "x".repeat(BYTES))
 }

@@ -20,7 +20,7 @@ pub(crate) struct Case {
     /// The code of the rule.
     pub(crate) code: String,
     pub(crate) path: PathBuf,
-    /// All but the findings.
+    /// Everything before the findings.
     pub(crate) given: String,
     /// The findings.
     pub(crate) found: String,
@@ -29,7 +29,7 @@ pub(crate) struct Case {
 
 /// All cases, by code.
 pub(crate) fn cases() -> Vec<Case> {
-    // The toolbox's tests have this file, too.
+    // The toolbox's tests include this file, too.
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../eds/tests/golden");
     let base = fs::read_to_string(root.join("base.eds")).expect("the base is beside the cases");
     let entries = fs::read_dir(&root).expect("the cases are beside this test");
@@ -62,7 +62,7 @@ fn case(base: &str, path: PathBuf) -> Case {
 /// The base with a difference.
 fn applied(base: &str, delta: &str) -> String {
     let mut lines: Vec<&str> = base.lines().collect();
-    // The lines of the section that is changed, and where the next line goes; the end of the section if unknown.
+    // The lines of the changed section, and the place of the next line; `None` for the end of the section.
     let (mut section, mut at) = (0..0, None);
     for step in delta.lines() {
         let (sign, text) = step.split_at_checked(1).unwrap_or(("+", ""));

@@ -25,7 +25,7 @@ fn every_data_sheet_is_read_and_every_section_is_counted() {
     assert!(data_sheets > 0);
 }
 
-/// Whether a file is a data sheet; if it is, all that must hold of it holds.
+/// Whether a file is a data sheet; if so, checks everything that must hold for it.
 fn is_read(path: &Path) -> bool {
     let bytes = fs::read(path).expect("the corpus is readable");
     let input = Input::new(Source::from_bytes(path.to_string_lossy(), &bytes));
@@ -43,7 +43,7 @@ fn is_read(path: &Path) -> bool {
     true
 }
 
-/// What a file holds, by a count that knows nothing of the reader: the sections `[xxxx]` and `[xxxxsubN]`.
+/// The content of a file, counted independently of the reader: the sections `[xxxx]` and `[xxxxsubN]`.
 #[derive(Default)]
 struct Count {
     objects: BTreeSet<u16>,
@@ -98,7 +98,7 @@ fn compare(path: &Path, count: &Count, device: &Device, diagnostics: &Diagnostic
         match compact {
             0 => {}
             255 => {
-                // One more than there can be, which is reported.
+                // One more than possible, which is reported.
                 assert!(diagnostics.iter().any(|finding| finding.code == "eds::compact-count"), "{}", path.display());
                 expected.extend(0..=0xFE);
             }
@@ -131,7 +131,7 @@ fn survives_formatting(path: &Path, input: &Input) {
     assert!(read(Source::new("once", once)) == read(input.eds.clone()), "{} is another device", path.display());
 }
 
-/// Nothing is left to fix, nothing else is found, and a file without such a finding stays as it is.
+/// Nothing is left to fix, nothing else is found, and a file without such a finding stays unchanged.
 fn survives_fixing(path: &Path, input: &Input, before: &Diagnostics) {
     let fixed = fix(input);
     let of_code = |found: &[Diagnostic], code: &str| found.iter().filter(|finding| finding.code == code).count();

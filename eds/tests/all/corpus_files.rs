@@ -6,10 +6,10 @@ use std::process::Command;
 use std::sync::LazyLock;
 use std::{env, fs};
 
-/// Unpacked once for all tests of a program.
+/// The files, unpacked once for all tests of a program.
 static FILES: LazyLock<Option<Vec<PathBuf>>> = LazyLock::new(find);
 
-/// The files, or nothing and a loud word.
+/// The files; if there are none, says so.
 pub(crate) fn corpus() -> Option<Vec<PathBuf>> {
     FILES.clone()
 }

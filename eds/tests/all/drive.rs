@@ -4,7 +4,8 @@ use lexican_eds::drive::{self, Drive, FINDINGS, Homing, Number, Outputs, Pdo, Si
 use lexican_eds::types::DataType;
 use lexican_eds::{Input, Source, load};
 
-/// A servo with all that a driver can use, a line each: the address, the data type, the access, the default, the limits.
+/// A servo with everything that a driver can use. Each line has the address, the data type, the access, the default,
+/// the limits.
 const SERVO: &str = "
 1000    7 ro 0x20192
 1008    9 const Servo 7
@@ -86,7 +87,7 @@ fn number(index: u16, sub: u8, data_type: DataType) -> Number {
     Number { index, sub, data_type, limits: None }
 }
 
-/// The data sheet with some lines replaced (by address), added, or left out (an address alone).
+/// The data sheet with some lines replaced (by address), added, or removed (an address alone).
 fn sheet(changes: &str, overlay: &str) -> Input {
     let address = |line: &str| line.split_whitespace().next().unwrap_or_default().to_owned();
     let changed: Vec<String> = changes.lines().map(address).collect();
@@ -134,7 +135,7 @@ fn sheet(changes: &str, overlay: &str) -> Input {
     if overlay.is_empty() { input } else { input.overlay(Source::new("servo.toml", overlay)) }
 }
 
-/// The drive of a changed data sheet, in which nothing is found.
+/// The drive of a changed data sheet without findings.
 #[track_caller]
 fn read(changes: &str) -> Drive {
     let input = sheet(changes, "");
@@ -167,7 +168,7 @@ fn a_servo_is_read_whole() {
             deceleration: None,
         }),
         target_position: Some(Number { limits: Some((-100_000, 100_000)), ..number(0x607A, 0, Integer32) }),
-        // Two equal limits limit nothing.
+        // Two equal limits do not limit anything.
         target_velocity: Some(number(0x60FF, 0, Integer32)),
         torque: Some(drive::Torque { target: number(0x6071, 0, Integer16), actual: number(0x6077, 0, Integer16) }),
         interpolated_position: None,
@@ -185,10 +186,10 @@ fn a_servo_is_read_whole() {
         outputs: Outputs {
             control: Some(Pdo { base: 0x200, signals: vec![Signal::ControlWord] }),
             position: Some(Pdo { base: 0x400, signals: vec![Signal::TargetPosition, Signal::ControlWord] }),
-            // It is switched off.
+            // This PDO is switched off.
             velocity: None,
         },
-        // The other one waits for SYNC.
+        // The other PDO waits for SYNC.
         inputs: vec![Pdo { base: 0x180, signals: vec![Signal::Other(4), Signal::StatusWord, Signal::Other(1)] }],
         store: Some(number(0x1010, 1, Unsigned32)),
         restore: Some(number(0x1011, 1, Unsigned32)),
@@ -202,7 +203,7 @@ fn a_servo_is_read_whole() {
 #[test]
 fn modes_are_those_that_the_data_sheet_states_and_has_objects_for() {
     assert_eq!(read("6502 7 ro 0x1").modes, [1]);
-    // Nothing states them: all that have their object.
+    // Nothing states the modes: all modes whose objects exist.
     assert_eq!(read("6502").modes, [1, 3, 4, 6, 8, 9, 10]);
     assert_eq!(read("6502 7 ro 0").modes, [1, 3, 4, 6, 8, 9, 10]);
     assert_eq!(read("6502\n6060 2 rw 1 -3 6").modes, [1, 3, 4, 6]);
@@ -254,7 +255,7 @@ fn how_it_is_recognised_is_as_the_device_will_say() {
     assert_eq!(drive.identity.profile, 401, "and the device says so too");
 }
 
-/// What is found: how the data sheet differs, and the findings.
+/// How the data sheet differs, and the findings.
 const FOUND: &[(&str, &[&str])] = &[
     (
         "6040\n6060",

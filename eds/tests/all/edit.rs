@@ -11,7 +11,7 @@ use lexican_eds::xdd::is_xml;
 use lexican_eds::{Input, Source, Span, load};
 use similar::{ChangeTag, TextDiff};
 
-/// With everything that an edit has to leave alone.
+/// A data sheet with everything that an edit must not touch.
 const SHEET: &str = "\
 ; a data sheet\r
 [DeviceInfo]\r
@@ -47,7 +47,7 @@ DataType=0x6\r
 AccessType=rw\r
 ; the end";
 
-/// What a patch takes away and what it brings, line by line, without empty lines.
+/// Compares the lines that a patch removes and adds, without empty lines.
 #[track_caller]
 fn check(patch: Result<Patch, EditError>, expected: &str) {
     let after = patch.unwrap().apply(&sheet());
@@ -165,7 +165,7 @@ fn what_cannot_be_is_refused() {
     }
 }
 
-/// In every golden data sheet, an object that is added and removed leaves the text as it was, or as if it had been tidy.
+/// In every golden data sheet, adding and removing an object leaves the text unchanged, except that it may be tidier.
 #[test]
 fn what_was_added_can_be_removed_again() {
     let mut same = 0;

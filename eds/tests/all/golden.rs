@@ -7,7 +7,7 @@ use std::{env, fs};
 use crate::cases::{Case, cases};
 use lexican_eds::{Diagnostics, load, rules};
 
-/// Rules that no file of a few lines can break; each has a test elsewhere.
+/// Rules that a file of a few lines cannot break; each has a test elsewhere.
 const WITHOUT_CASE: [&str; 4] = ["eds::file-size", "eds::more-findings", "eds::tokenizer", "eds::too-many-entries"];
 
 #[test]

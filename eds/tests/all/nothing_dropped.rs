@@ -9,10 +9,10 @@ use lexican_eds::{Input, Source, load};
 const KEY: &str = "Zzyzx=1";
 const SECTION: &str = "[Zzyzx]";
 
-/// The data sheets of all golden cases: what is in them is what the reader knows.
+/// The data sheets of all golden cases, which contain everything that the reader knows.
 fn sheets() -> Vec<(String, String)> {
     let sheets = cases::cases().into_iter().map(|case| (case.code, case.input.eds.text().to_owned()));
-    // What is no data sheet is found as a whole.
+    // A file that is no data sheet has one finding for all of it.
     let sheets: Vec<_> = sheets.filter(|(code, _)| code != "eds::project").collect();
     assert!(sheets.len() > 50, "the cases are found");
     sheets
@@ -28,10 +28,10 @@ fn is_found(text: &str, line: usize) -> bool {
     labels.any(|label| (label.span.start as usize) < end && start <= label.span.end as usize)
 }
 
-/// Puts `line` behind the head of every section, and returns the sections in which no finding names it.
+/// Inserts `line` after the head of every section. Returns the sections in which no finding points to it.
 fn unnoticed(line: &str, matters: fn(&str, &str) -> bool) -> Vec<String> {
     let mut unnoticed = Vec::new();
-    // Most sections are those of the base, the same in all cases.
+    // Most sections come from the base, and are the same in all cases.
     let mut seen = BTreeSet::new();
     for (path, text) in sheets() {
         let lines: Vec<&str> = text.lines().collect();
@@ -52,7 +52,7 @@ fn unnoticed(line: &str, matters: fn(&str, &str) -> bool) -> Vec<String> {
 
 #[test]
 fn a_key_that_nobody_knows_is_found_in_every_section() {
-    // A section may be found as a whole, and comments have any keys.
+    // A section may have one finding for all of it, and comments may have any keys.
     let unnoticed = unnoticed(KEY, |path, head| {
         let is_found_whole = path.contains("duplicate-section") || path.contains("unknown-section");
         !is_found_whole && !head.eq_ignore_ascii_case("[Comments]")

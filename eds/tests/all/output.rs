@@ -1,4 +1,4 @@
-//! Findings and devices in the formats that other programs read.
+//! Findings and devices in formats for other programs.
 
 use lexican_eds::report::sarif;
 use lexican_eds::{Input, Severity, Source, dump, load};

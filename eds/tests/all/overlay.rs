@@ -42,7 +42,7 @@ fn read(overlays: &[&str]) -> (Device, Diagnostics) {
 }
 
 fn codes(diagnostics: &Diagnostics) -> Vec<&str> {
-    // A file of two objects lacks much that this is not about.
+    // A file of two objects lacks much that these tests are not about.
     let general =
         ["eds::missing-section", "cia301::missing-object", "cia301::no-error-control", "eds::object-not-listed"];
     diagnostics.iter().map(|finding| finding.code).filter(|code| !general.contains(code)).collect()
@@ -188,7 +188,7 @@ fn findings_in_an_overlay_name_its_lines() {
     assert!(text.contains("error[overlay::missing-reason]") && text.contains(" --> x.toml:4:9"), "{text}");
 }
 
-/// What is expected where the overlay has something else, for each finding of that kind.
+/// Checks what the findings about wrong values in an overlay say is expected.
 #[track_caller]
 fn check_expected(overlay: &str, expected: &[&str]) {
     let (_, diagnostics) = read(&[overlay]);
@@ -235,7 +235,7 @@ fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
         let found: Vec<String> = of_overlay.map(|finding| format!("{} {}", finding.code, finding.message)).collect();
         (device, found)
     };
-    // The first element differs, so only the second one has a finding.
+    // The first element differs, so only the second element has a finding.
     let first = "[object.\"2001:01\"]\nreason = \"r\"\ndata_type = \"UNSIGNED8\"\n";
     let second = "[object.\"2001\"]\nreason = \"r\"\ndata_type = \"UNSIGNED16\"\n";
     let input = Input::new(Source::new("x.eds", EDS));
@@ -245,11 +245,11 @@ fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
         diagnostics.iter().filter(|f| f.code == "overlay::no-effect").map(|f| f.message.as_str()).collect();
     assert_eq!(found, ["the data sheet has the same `DataType` for 2001:02"]);
     assert_eq!(device.entry(0x2001, 1).map(|entry| entry.data_type), Some(DataType::Unsigned16));
-    // Each element has its own.
+    // Each element has a finding of its own.
     let (_, found) = codes_and_messages(second);
     let same = |sub: u8| format!("overlay::no-effect the data sheet has the same `DataType` for 2001:{sub:02X}");
     assert_eq!(found, [same(1), same(2)]);
-    // What is wrong with the overlay itself is reported once, not per element.
+    // Mistakes of the overlay itself are reported once, not for each element.
     let (_, found) = codes_and_messages("[object.\"2001\"]\nreason = \"r\"\nlow = true\nunit = 1\naccess = \"x\"\n");
     assert_eq!(
         found,
@@ -258,7 +258,7 @@ fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
             "overlay::bad-value expected ro, wo, rw, rwr, rww or const"
         ]
     );
-    // A value that only the second element cannot have.
+    // A value that is invalid only for the second element.
     let wide = "[object.\"2001:01\"]\nreason = \"r\"\ndata_type = \"VISIBLE_STRING\"\n";
     let text = "[object.\"2001\"]\nreason = \"r\"\ndefault = \"text\"\n";
     let input = Input::new(Source::new("x.eds", EDS)).overlay(sheet(wide)).overlay(sheet(text));

@@ -16,7 +16,7 @@ use std::{env, fs};
 use crate::remedy::{changes, count, remedies};
 use lexican_eds::{Diagnostic, Diagnostics, Input, Source, load};
 
-/// So many findings are drawn.
+/// The number of findings in the sample.
 const SAMPLE: usize = 210;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +85,7 @@ fn findings_in_real_data_sheets_are_right() {
     assert!(wrong == 0 && noise * 20 <= right + noise, "{noise} noise and {wrong} wrong of {}", right + noise + wrong);
 }
 
-/// What the remedies of a finding do that they should not.
+/// The undesired effects of a finding's remedies.
 fn judged(input: &Input, findings: &Diagnostics, finding: &Diagnostic, applied: &mut usize) -> Vec<String> {
     let (device, _) = load(input);
     let mut faults = Vec::new();
@@ -107,7 +107,7 @@ fn judged(input: &Input, findings: &Diagnostics, finding: &Diagnostic, applied: 
     faults
 }
 
-/// One finding of each code in each data sheet may be drawn: what a sheet says a thousand times it says once.
+/// At most one finding of each code in each data sheet is drawn, however often it occurs there.
 fn draw(sheets: &BTreeMap<u64, Input>) {
     let labels: BTreeMap<(u64, u32, &str), Label> =
         labelled().into_iter().map(|it| ((it.sheet, it.line, it.code), it.label)).collect();
@@ -155,7 +155,7 @@ fn fnv(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3))
 }
 
-/// The finaliser of SplitMix64: hashes of texts that differ in little else have their high bits in common.
+/// The finaliser of SplitMix64. It is needed because hashes of similar texts share their high bits.
 fn mixed(hash: u64) -> u64 {
     let hash = (hash ^ hash >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     let hash = (hash ^ hash >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);

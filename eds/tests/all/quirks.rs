@@ -14,7 +14,7 @@ fn read_bytes(bytes: &[u8]) -> (Device, Diagnostics) {
     (device, diagnostics)
 }
 
-/// A device that is written and read back is the same.
+/// Checks that a device is the same when it is written and read back.
 fn survives_writing(mut device: Device) {
     let text = write::dcf(&device);
     let (mut read, _) = load(&Input::new(Source::new("written.dcf", text.as_str())));
@@ -23,7 +23,7 @@ fn survives_writing(mut device: Device) {
     assert_eq!(read, device, "{text}");
 }
 
-/// A VAR 2000h with these keys added.
+/// A VAR 2000h with additional keys.
 fn variable(data_type: &str, keys: &str) -> (Entry, Diagnostics) {
     let text = format!("[2000]\nParameterName=x\nObjectType=7\nDataType={data_type}\nAccessType=rw\n{keys}\n");
     let (device, diagnostics) = read(&text);
@@ -183,14 +183,14 @@ fn modules_of_modular_devices_are_read() {
     assert!(!has(&diagnostics, "eds::unknown-section") && !has(&diagnostics, "eds::unknown-key"));
 }
 
-/// `2:7 eds::bad-number` for each finding.
+/// Each finding as `2:7 eds::bad-number`.
 fn places(diagnostics: &Diagnostics, text: &str) -> Vec<String> {
     let source = Source::new("quirk.eds", text);
     let place = |finding: &lexican_eds::Diagnostic| source.position(finding.span().expect("has a place").start);
     diagnostics.iter().map(|finding| format!("{} {}", place(finding), finding.code)).collect()
 }
 
-/// The findings of these codes are exactly those expected, at these places.
+/// Checks that the findings of these codes are exactly the expected ones, at these places.
 #[track_caller]
 fn check_places(text: &str, codes: &[&str], expected: &[&str]) -> Device {
     let (device, diagnostics) = read(text);
@@ -303,7 +303,7 @@ fn compact_objects_are_written_out() {
 
 #[test]
 fn compact_storage_is_read_as_each_tool_writes_it() {
-    // Sub-indices with their default, and name and value where they have their own.
+    // Sub-indices with their default, and name and value if they have their own.
     let check = |text: &str, expected: &[(u8, &str, Option<i128>, Option<i128>)]| {
         let (device, diagnostics) = read(text);
         assert!(!has(&diagnostics, "eds::key-without-effect"), "{text}");
@@ -314,7 +314,8 @@ fn compact_storage_is_read_as_each_tool_writes_it() {
         assert_eq!(found, expected, "{text}");
         assert!(device.objects[0].entries[1..].iter().all(|it| it.data_type == DataType::Unsigned32), "{text}");
     };
-    // dcfgen of lely-core: an array with a default, and a mapping, which is a record; values that are not named have none.
+    // dcfgen of lely-core: an array with a default, and a mapping, which is a record. Values that are not named are
+    // missing.
     let dcfgen = "[1028]\nParameterName=Emergency consumer object\nObjectType=0x08\nDataType=0x0007\nAccessType=rw\n\
         DefaultValue=0x80000000\nCompactSubObj=2\n\n[1028Value]\nNrOfEntries=1\n2=0x00000082\n";
     let (name, off) = ("Emergency consumer object", Some(0x8000_0000));
@@ -334,7 +335,7 @@ fn compact_storage_is_read_as_each_tool_writes_it() {
     let (device, _) =
         read("[1003]\nParameterName=x\nObjectType=0x8\nCompactSubObj=255\nDataType=0x7\nAccessType=ro\nPDOMapping=0\n");
     assert_eq!(device.objects[0].entries.len(), 255, "sub-indices end with 254");
-    // EdsDcfNet: sections of sub-indices beside the count, which win.
+    // EdsDcfNet: sections of sub-indices besides the count; they take precedence.
     let both = "[6000]\nParameterName=Input\nSubNumber=2\nObjectType=0x8\nDataType=0x0007\nAccessType=ro\nDefaultValue=0\nPDOMapping=1\n\
         CompactSubObj=2\n[6000sub0]\nParameterName=Count\nDataType=0x0005\nAccessType=ro\nDefaultValue=2\n\
         [6000sub2]\nParameterName=Own\nDataType=0x0007\nAccessType=ro\nDefaultValue=7\n";
@@ -353,7 +354,7 @@ fn pdo_parameters_that_compact_pdo_leaves_out_are_there() {
     let expected = [0x1400, 0x1401, 0x1402, 0x1403, 0x1404, 0x1600, 0x1601, 0x1602, 0x1603, 0x1604, 0x1800, 0x1A00];
     assert_eq!(indices, expected);
 
-    // Bits 0, 1, 2 and 4 are sub-indices 1, 2, 3 and 5; 1401h is as the file describes it.
+    // Bits 0, 1, 2 and 4 are sub-indices 1, 2, 3 and 5; 1401h is as described in the file.
     let subs = |index: u16| device.object(index).unwrap().entries.iter().map(|entry| entry.sub).collect::<Vec<_>>();
     assert_eq!(subs(0x1400), [0, 1, 2, 3, 5]);
     assert_eq!(subs(0x1401), [0, 1]);
@@ -423,12 +424,12 @@ fn commissioning_is_read_in_both_spellings() {
     }
 }
 
-/// What CiA 306-1 has for a value in a DCF.
+/// The keys of CiA 306-1 for a value in a DCF.
 const VALUE: &str = "ParameterName=Word\nObjectType=0x7\nDataType=0x0006\nAccessType=rw\nDefaultValue=1\nLowLimit=0\nHighLimit=9\n\
     PDOMapping=1\nSRDOMapping=1\nInvertedSRAD=0x210000\nParameterValue=2\nDenotation=Level\nParamRefd=-B7\nUploadFile=up.bin\n\
     DownloadFile=down.bin\n";
 
-/// All sections and keys of a DCF by CiA 306-1, but for compact storage.
+/// All sections and keys of a DCF in CiA 306-1, except for compact storage.
 fn with_all_keys() -> String {
     let rates = [10, 20, 50, 100, 125, 250, 500, 800, 1000].map(|rate| format!("BaudRate_{rate}=1\n")).concat();
     format!(
@@ -712,7 +713,7 @@ fn the_shipped_data_sheets_are_as_every_reader_wants_them() {
     }
 }
 
-/// What was found in real data sheets though it is right, or with a remedy that would do harm.
+/// Findings in real data sheets that were right, or had a harmful remedy.
 #[test]
 fn what_is_right_is_not_found_and_what_is_wrong_has_no_harmful_remedy() {
     let entry = |index: &str, keys: &str| {
@@ -722,7 +723,7 @@ fn what_is_right_is_not_found_and_what_is_wrong_has_no_harmful_remedy() {
         entry(&format!("{index}sub1"), &format!("DefaultValue={cob_id}")) + &entry(&format!("{index}sub4"), "")
     };
     let found = |text: &str, code: &str| read(text).1.iter().find(|finding| finding.code == code).cloned();
-    // CiA 301 lets these be mapped.
+    // CiA 301 allows these to be mapped.
     for index in ["1013", "1026sub1", "1200sub1", "1201sub2", "1280sub1", "1001"] {
         assert_eq!(found(&entry(index, "PDOMapping=1"), "eds::mappable-parameter"), None, "{index}");
     }
@@ -747,7 +748,7 @@ fn what_is_right_is_not_found_and_what_is_wrong_has_no_harmful_remedy() {
     let emcy = entry("1014", "DefaultValue=0x81");
     assert!(found(&emcy, "cia301::emcy-cob-id").is_some());
     assert_eq!(found(&format!("[DeviceComissioning]\nNodeID=1\n{emcy}"), "cia301::emcy-cob-id"), None);
-    // Real sub-indices 0 of another size would be read wrongly.
+    // Real sub-indices 0 of another size would be misread.
     let count = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=2\n".to_owned()
         + &entry("2000sub0", "DefaultValue=1")
         + &entry("2000sub1", "");

@@ -15,8 +15,8 @@ fn remedies_of_the_golden_cases_mend_what_was_found_and_nothing_else() {
     assert!(applied > 90, "{applied} remedies");
 }
 
-/// What the remedies of the rules depend on, each in a few lines: with and without the key, in tables and sections,
-/// for variables and entries.
+/// Everything on which the remedies of the rules depend, each in a few lines: with and without the key, in tables and
+/// sections, for variables and entries.
 #[test]
 fn remedies_fit_the_finding_at_hand() {
     let object = |keys: &str| format!("[2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=rw\n{keys}\n");
@@ -110,7 +110,7 @@ fn remedies_fit_the_finding_at_hand() {
     assert!(applied > 100, "{applied} remedies");
 }
 
-/// What is fixed is gone, nothing else is found, no other line changes, and there is nothing to fix any more.
+/// A fixed finding is gone, nothing else is found, no other line changes, and nothing is left to fix.
 fn fixing_is_done_once(input: &Input) {
     let (_, before) = load(input);
     let fixed = fix(input);
@@ -133,7 +133,7 @@ fn fixing_is_done_once(input: &Input) {
     }
 }
 
-/// Applies each remedy of each finding to the input; how many there were.
+/// Applies each remedy of each finding to the input. Returns the number of remedies.
 fn all_remedies_help(input: &Input) -> usize {
     fixing_is_done_once(input);
     let (device, findings) = load(input);

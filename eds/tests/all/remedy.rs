@@ -5,7 +5,7 @@
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostic, Input, Source, diff};
 
-/// How many findings say this.
+/// The number of findings with this code and message.
 pub(crate) fn count(findings: &[Diagnostic], like: &Diagnostic) -> usize {
     findings.iter().filter(|finding| finding.code == like.code && finding.message == like.message).count()
 }
@@ -15,7 +15,7 @@ pub(crate) fn changes(before: &Device, after: &Device) -> Vec<String> {
     diff::diff(before, after).into_iter().map(|change| change.place).collect()
 }
 
-/// What stands below `in the data sheet:` or `in an overlay:`.
+/// The text below `in the data sheet:` or `in an overlay:`.
 pub(crate) struct Remedy {
     pub(crate) text: String,
     place: Place,
@@ -61,7 +61,7 @@ impl Remedy {
         }
     }
 
-    /// The text with the changes, whose lines count as they were before.
+    /// The text with the changes. Line numbers are those before the changes.
     fn edited(&self, text: &str) -> String {
         let mut lines: Vec<Vec<&str>> = text.lines().map(|line| vec![line]).collect();
         lines.push(Vec::new());
@@ -84,15 +84,15 @@ impl Remedy {
         lines.concat().join("\n") + "\n"
     }
 
-    /// Whether the remedy is about this part of the device: an overlay about the objects it names, a change of the data
-    /// sheet about the object that the finding is about, or about what the changed section says.
+    /// Whether the remedy may affect a part of the device: an overlay, the objects that it names; a change of the data
+    /// sheet, the object of the finding or the content of the changed section.
     pub(crate) fn may_change(&self, place: &str, finding: &Diagnostic, input: &Input) -> bool {
         let index = place.split(':').next().unwrap_or_default();
         match self.place {
             Place::Encoding => false,
             Place::Overlay => self.text.contains(&format!("\"{index}")),
             Place::DataSheet => {
-                // What follows from other sections: the PDO parameters of `CompactPDO`, the list of an object.
+                // Parts derived from other sections: the PDO parameters of `CompactPDO`, the list of an object.
                 let of_info = matches!(finding.code, "eds::bad-compact-pdo" | "eds::wrong-list")
                     || place == "DeviceInfo"
                     || place == "FileInfo";

@@ -5,7 +5,7 @@ use lexican_eds::{Input, MAX_PER_CODE, Memory, Source, load, load_again};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-/// Pieces of data sheets, so that random texts reach what lies behind the first key.
+/// Pieces of data sheets, so that random texts get beyond the first key.
 const PIECES: &[&str] = &[
     "[FileInfo]\n",
     "[DeviceInfo]\n",
@@ -65,7 +65,7 @@ const PIECES: &[&str] = &[
 ];
 
 proptest! {
-    // Cases that failed become tests with a name instead of entries of a file.
+    // A failed case becomes a named test, instead of an entry in a file.
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]

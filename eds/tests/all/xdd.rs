@@ -17,7 +17,7 @@ fn read(name: &str, text: &str) -> (Device, Diagnostics) {
     (device, findings)
 }
 
-/// The rows of a dump without the number of the object's flags and without what is not configured.
+/// The rows of a dump, without the number of the object's flags and unconfigured values.
 fn rows(device: &Device) -> Vec<String> {
     dump::csv(device).lines().skip(1).map(str::to_owned).collect()
 }

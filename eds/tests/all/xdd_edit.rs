@@ -17,7 +17,7 @@ fn device(sheet: &Source) -> Device {
     device
 }
 
-/// The fixtures, and the devices of the library as they are written.
+/// The fixtures, and the library's devices as they are written.
 fn sheets() -> Vec<Source> {
     let shipped = library::all().iter().map(|it| Source::new(it.id, xdd::xdc(&load(&it.input()).0)));
     [("editor.xdd", EDITOR), ("inline.xdc", INLINE)]
@@ -27,7 +27,7 @@ fn sheets() -> Vec<Source> {
         .collect()
 }
 
-/// The lines that came and that went.
+/// The lines that were added, and those that were removed.
 fn difference(before: &str, after: &str) -> [Vec<String>; 2] {
     let lines = |text: &str| text.lines().map(|line| line.trim().to_owned()).collect::<BTreeSet<_>>();
     let (before, after) = (lines(before), lines(after));
@@ -91,7 +91,7 @@ fn a_key_is_set_where_xml_says_it() {
         let patch = set(&sheet, place, key, value).unwrap_or_else(|error| panic!("{place:?} {key}: {error}"));
         let after = patch.apply(&sheet);
         assert!(after.contains(expected), "{place:?} {key}={value:?}: {:?}", difference(text, &after));
-        // A line, or that of the parameter and that of the object.
+        // One line, or one for the parameter and one for the object.
         let [came, went] = difference(text, &after);
         assert!(came.len() <= 2 && went.len() <= 2, "{came:?}\n{went:?}");
         let again = sheet.with_text(&*after);
@@ -126,13 +126,13 @@ fn what_xml_cannot_say_is_refused() {
         set(&sheet, Place::Object(0x2004), "DefaultValue", Some("1")),
         Err(EditError::NoSection("2004".to_owned()))
     );
-    // What was written here has it, as a characteristic.
+    // A file written by this library has it, as a characteristic.
     let written = Source::new("x.xdd", xdd::xdd(&load(&library::find("siko/ag03-1").unwrap().input()).0));
     let after = set(&written, Place::FileInfo, "FileRevision", Some("7")).unwrap().apply(&written);
     assert_eq!(device(&written.with_text(after)).file.revision, Some(7));
 }
 
-/// Entries of every sheet take each key: the device is that of the EDS with the same change.
+/// Entries of every sheet accept each key; the device is then the same as for the EDS with that change.
 #[test]
 fn an_entry_that_is_set_is_that_of_the_eds() {
     let types = [DataType::Unsigned8, DataType::Integer32, DataType::Unsigned24, DataType::VisibleString]
@@ -152,12 +152,12 @@ fn an_entry_that_is_set_is_that_of_the_eds() {
     for sheet in sheets() {
         let before = device(&sheet);
         let eds = Source::new("x.dcf", write::dcf(&before));
-        // Some sixteen of each.
+        // About sixteen entries of each.
         let step = before.entries().count() / 16 + 1;
         for (at, entry) in before.entries().step_by(step).enumerate() {
             let has_subs = before.object(entry.index).is_some_and(|object| object.kind.has_subs());
             let place = if has_subs { Place::Sub(entry.index, entry.sub) } else { Place::Object(entry.index) };
-            // One key an entry, in turn: all with all take minutes.
+            // One key for each entry, in turn: all combinations would take minutes.
             let (key, values) = values[at % values.len()];
             let value = &values[at / values.len() % values.len()];
             let changed = |sheet: &Source| {

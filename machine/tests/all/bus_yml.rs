@@ -5,7 +5,7 @@ use lexican_machine::{BusYml, Files, Machine};
 
 use crate::joints::sheet;
 
-/// The machine of a `bus.yml`, and the findings, a line each.
+/// The machine of a `bus.yml`, and the findings, one on each line.
 fn read(text: &str) -> (String, Vec<String>) {
     let sheet = sheet();
     let files = Files::Embedded(&[("joint.eds", &sheet)]);
@@ -23,7 +23,7 @@ fn read(text: &str) -> (String, Vec<String>) {
     (text, findings)
 }
 
-/// Some lines of a slave, with a part of the only finding about them, and a part of the machine.
+/// Checks some lines of a slave for a part of their only finding, and for a part of the machine.
 #[track_caller]
 fn slave(lines: &str, wanted: &str, machine: &str) {
     let (text, found) = read(&format!("master: {{node_id: 1}}\na:\n  node_id: 3\n  dcf: joint.eds\n{lines}"));

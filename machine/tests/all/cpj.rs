@@ -5,7 +5,7 @@ use lexican_machine::{Cpj, Files, Machine};
 
 use crate::{machine, sound};
 
-/// The machine of a CPJ, and the findings, a line each. The data sheet of each node is its DCF.
+/// The machine of a CPJ, and the findings, one on each line. The data sheet of each node is its DCF.
 fn read(text: &str, files: &[(&str, &str)]) -> (String, Vec<String>) {
     let read =
         Cpj::read(Source::new("a.cpj", text), Files::Embedded(files), &|path, dcf| (path.to_owned(), dcf.clone()));
@@ -16,7 +16,7 @@ fn read(text: &str, files: &[(&str, &str)]) -> (String, Vec<String>) {
     (read.draft.text(), read.findings.iter().map(line).collect())
 }
 
-/// The files of a machine, read again.
+/// The machine from the exported files of a machine.
 fn again(machine: &Machine) -> (Machine, String) {
     let list = machine.node_list();
     let dcf = |machine: &Machine, node| machine.dcf(node).unwrap_or_default();
@@ -32,7 +32,7 @@ fn again(machine: &Machine) -> (Machine, String) {
     (again, list)
 }
 
-/// All that both say of the nodes of a bus, in the order of the node-IDs.
+/// All statements about the nodes of a bus, ordered by node-ID.
 fn nodes(machine: &Machine) -> Vec<String> {
     let mut nodes: Vec<_> = machine.nodes.iter().collect();
     nodes.sort_by_key(|node| node.id);

@@ -13,7 +13,7 @@ use crate::{cantools, machine, sound};
 
 const PRESS: &str = include_str!("press.toml");
 
-/// What entries have after all that is written.
+/// The values of entries after all writes.
 fn values(machine: &Machine, node: &Node) -> BTreeMap<Address, Vec<u8>> {
     machine.writes(node).into_iter().map(|write| (write.address, write.data)).collect()
 }
@@ -31,7 +31,7 @@ fn a_dcf_is_all_that_a_boot_writes() {
         assert_eq!(commissioning.node_name.as_deref(), Some(node.name.as_str()));
         assert_eq!(commissioning.network_name.as_deref(), Some("press 3"));
         assert_eq!(commissioning.serial_number, node.identity.serial);
-        // A machine that has nothing but the DCF writes the same.
+        // A machine with only the DCF results in the same writes.
         let text = format!("[node.{}]\nid = {}\nsheet = \"node.dcf\"", node.name.value, node.id.unwrap());
         let again = Machine::parse(Source::new("machine.toml", text), Files::Embedded(&[("node.dcf", &dcf)]));
         assert!(!again.findings.has_errors(), "{}", again.findings.render(&again.input));
@@ -65,7 +65,7 @@ fn a_page_and_a_picture_say_what_goes_where() {
     assert!(page.contains(&bus), "{page}");
     let picture = press.picture();
     assert!(picture.contains(">RPDO1  185h, takes effect at the next SYNC (1)<"), "{picture}");
-    // The only message between two nodes.
+    // There is only one message between two nodes.
     assert_eq!(picture.matches("<circle").count(), 1);
 }
 
@@ -83,7 +83,7 @@ fn a_page_in_html_has_a_chapter_for_each_node() {
     assert!(texts("wires").contains("TPDO1: 185h, with every SYNC (1)"), "{}", texts("wires"));
     for node in &press.nodes {
         let name = &node.name.value;
-        // Its COB-IDs are with its node-ID, and an entry that a boot writes stands beside its default.
+        // Its COB-IDs include its node-ID, and an entry written at boot is shown beside its default.
         let id = node.id.unwrap().get();
         assert!(texts(&format!("{name}-TPDO1")).contains(&format!("{:03X}h", 0x180 + u16::from(id))), "{name}");
         for write in press.writes(node).iter().filter(|write| !write.is_default) {
@@ -94,7 +94,7 @@ fn a_page_in_html_has_a_chapter_for_each_node() {
     assert_eq!(document.descendants().filter(|it| it.has_tag_name(("http://www.w3.org/2000/svg", "svg"))).count(), 1);
 }
 
-/// Messages with who sends them, and their signals with who receives them.
+/// Prints messages with their senders, and their signals with the receivers.
 const SCRIPT: &str = r#"
 import sys, cantools
 db = cantools.database.load_file(sys.argv[1])

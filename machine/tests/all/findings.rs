@@ -1,8 +1,8 @@
-//! Every mistake in a file is found, with its line and what to do.
+//! Every mistake in a file is reported, with its line and a remedy.
 
 use crate::machine;
 
-/// The findings, a line each.
+/// The findings, one on each line.
 fn findings(text: &str) -> Vec<String> {
     let machine = machine(text);
     let line = |finding: &lexican_eds::Diagnostic| {
@@ -12,7 +12,7 @@ fn findings(text: &str) -> Vec<String> {
     machine.findings.iter().map(line).collect()
 }
 
-/// Some lines of a file, and a part of the only finding about them.
+/// Checks some lines of a file for a part of their only finding.
 #[track_caller]
 fn check(lines: &str, wanted: &str) {
     let found = findings(lines);

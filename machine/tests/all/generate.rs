@@ -17,7 +17,7 @@ fn folder(name: &str, machine: &str) -> PathBuf {
 const AXIS: &str = "sheet = \"kollmorgen/akd\"\nheartbeat = \"100 ms\"\n";
 const BUS: &str = "[bus]\nmanager = 127\nheartbeat = \"200 ms\"\n";
 
-/// What the build says of a machine with two axes; nothing is generated then.
+/// Checks the build error for a machine with two axes; nothing is generated then.
 #[track_caller]
 fn fails(name: &str, further: &str, words: &[&str]) {
     let folder = folder(name, &format!("{BUS}[node.feeder]\nid = 5\n{AXIS}[node.cutter]\nid = 6\n{AXIS}{further}"));
@@ -59,6 +59,6 @@ fn the_code_depends_on_the_file_alone() {
     };
     let one = code("one");
     assert_eq!(one, code("other"));
-    // Keywords, names that are taken, and a node that has no node-ID yet.
+    // Keywords, names already in use, and a node without a node-ID.
     assert!(one.contains("fn type_(&mut self)") && one.contains("fn sheets_x(&mut self)") && !one.contains("of_late"));
 }

@@ -112,7 +112,7 @@ fn the_bus_yml_of_the_joints_is_the_same_machine() {
     assert!(matches!(&findings[..], [only] if only.contains("only ros2_canopen reads it")), "{findings:#?}");
     let text = read.draft.text();
     let machine = Machine::parse(Source::new("machine.toml", text.as_str()), files);
-    // The arm is not protected against the loss of its manager, and the check says so.
+    // The arm is not protected against the loss of its manager, and the check reports this.
     let is_known = |finding: &lexican_eds::Diagnostic| finding.code == "machine::protection";
     assert!(machine.findings.iter().all(is_known), "{text}{}", machine.findings.render(&machine.input));
     assert_eq!(format(&text).unwrap(), text);

@@ -21,7 +21,7 @@ fn machine(text: &str) -> Machine {
     Machine::parse(Source::new("machine.toml", text), Files::Embedded(&[]))
 }
 
-/// One in which nothing is wrong.
+/// A machine without findings.
 #[track_caller]
 fn sound(text: &str) -> Machine {
     let machine = machine(text);
@@ -30,7 +30,7 @@ fn sound(text: &str) -> Machine {
     machine
 }
 
-/// What is written into a node, a line each: `1017:00 E803 error control`.
+/// The writes to a node, one on each line: `1017:00 E803 error control`.
 fn writes(machine: &Machine, node: &str) -> Vec<String> {
     let node = machine.node(node).unwrap();
     let line = |write: lexican_machine::Write| {

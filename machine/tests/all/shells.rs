@@ -39,7 +39,7 @@ tpdo.4 = { inhibit = "20 ms" }
 "feeder.statusword" = "manager"
 "#;
 
-/// The devices of the machine, and what happens to them.
+/// The devices of the machine, and the control of their simulation.
 #[derive(Clone)]
 struct Devices {
     bus: VirtualBus,
@@ -57,7 +57,7 @@ impl Devices {
         (machine, vec![Box::new(bus.link())], Devices { bus, segment })
     }
 
-    /// The machine in the blocking shell, booted, and its drives.
+    /// The booted machine in the blocking shell, and its drives.
     fn at_work() -> (blocking::Machine, blocking::Drive, blocking::Drive, Devices) {
         let (file, links, devices) = Devices::new();
         let machine = blocking::Machine::over(links, file).unwrap();
@@ -70,7 +70,7 @@ impl Devices {
         (machine, feeder, lift, devices)
     }
 
-    /// What a device says to a line of its simulation.
+    /// The answer of a device to a line of its simulation.
     fn tell(&self, node: &str, line: &str) -> String {
         let now = self.bus.now();
         let mut segment = self.segment.lock().unwrap();
@@ -79,7 +79,7 @@ impl Devices {
     }
 }
 
-/// What is said of nodes until something is said.
+/// The reported events up to and including `last`.
 fn until(events: &mut blocking::Events, last: &str) -> Vec<String> {
     let mut said = Vec::new();
     while !said.iter().any(|line: &String| line.starts_with(last)) {
@@ -89,7 +89,7 @@ fn until(events: &mut blocking::Events, last: &str) -> Vec<String> {
     said
 }
 
-/// Find, boot, map, read and write typed, two axes at once, EMCY, a lost heartbeat, and back.
+/// Finding, booting, mapping, typed reading and writing, two axes at once, EMCY, a lost heartbeat, and its return.
 #[test]
 fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
     let (file, links, devices) = Devices::new();
@@ -121,7 +121,7 @@ fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
     Ok(())
 }
 
-/// What was saved is there again; a restore that is stopped says how far it came, and goes on.
+/// Saved values are restored. A restore that is stopped reports its progress, and can be continued.
 #[test]
 fn parameters_are_saved_and_restored() -> Result<(), Box<dyn std::error::Error>> {
     let (file, links, _devices) = Devices::new();
@@ -172,7 +172,7 @@ async fn the_whole_job_on_tokio() -> Result<(), MachineError> {
     Ok(())
 }
 
-/// As a program does that finds nodes while it runs.
+/// For a program that finds nodes while it runs.
 #[tokio::test(flavor = "current_thread")]
 async fn a_node_is_named_on_a_network_that_is_there() -> Result<(), MachineError> {
     let (_, mut links, _devices) = Devices::new();
@@ -200,7 +200,7 @@ fn when_one_of_several_drives_jams_the_others_are_stopped() -> Result<(), Machin
     Ok(())
 }
 
-/// On one bus a drive has no node-ID until it gets it by LSS, as `lexican boot` gives it.
+/// On one of the buses, a drive has no node-ID until it gets one by LSS, as `lexican boot` does it.
 const BUSES: &str = r#"
 [bus.left]
 [bus.right]
@@ -244,7 +244,7 @@ fn drives_on_two_buses_are_one_machine() -> Result<(), MachineError> {
     Ok(())
 }
 
-/// The handle is one of another thread, as a signal's.
+/// Another thread has the handle, such as that of a signal.
 #[test]
 fn the_stop_handle_stops_every_drive() -> Result<(), MachineError> {
     let (machine, mut feeder, mut lift, _devices) = Devices::at_work();
@@ -260,7 +260,7 @@ fn the_stop_handle_stops_every_drive() -> Result<(), MachineError> {
     Ok(())
 }
 
-/// The frames of a stop are on the bus when the machine is gone, though nothing runs it any more.
+/// The frames of a stop are on the bus when the machine is dropped, though nothing runs it any more.
 #[test]
 fn a_drive_that_is_dropped_on_its_way_is_stopped() -> Result<(), MachineError> {
     let (machine, mut feeder, lift, devices) = Devices::at_work();
@@ -269,14 +269,14 @@ fn a_drive_that_is_dropped_on_its_way_is_stopped() -> Result<(), MachineError> {
     machine.pass(Duration::from_secs(1))?;
     assert_ne!(feeder.velocity()?, 0);
     drop((feeder, lift, machine));
-    // The life guarding of the machine is over as well: a stop comes long before the drive notices that.
+    // The machine's life guarding ends, too: without the stop, the drive would notice that only much later.
     let until = devices.bus.now() + Duration::from_millis(250);
     while other.receive_frame(until).unwrap().is_some() {}
     assert!(devices.tell("feeder", "get 606C").ends_with("= 0 rev/min"));
     Ok(())
 }
 
-/// The machine watches and is watched while its program does something else.
+/// The machine monitors and is monitored while its program does something else.
 #[test]
 fn between_calls_a_thread_runs_the_machine_in_real_time() -> Result<(), MachineError> {
     let (file, _, devices) = Devices::new();

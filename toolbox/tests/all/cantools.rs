@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// Runs a script over a database, whose path is its argument; what it prints. `None` where cantools is not installed.
+/// Runs a script with the path of a database as its argument, and returns the output. `None` if cantools is not
+/// installed.
 pub(crate) fn run(script: &str, database: &[u8]) -> Option<String> {
-    // The environment of `cargo xtask interop`, or a python that has cantools.
+    // The environment of `cargo xtask interop`, or any python with cantools.
     let own = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../python-canopen/bin/python");
     let has_cantools = |python: &PathBuf| {
         Command::new(python).args(["-c", "import cantools"]).output().is_ok_and(|run| run.status.success())

@@ -27,17 +27,17 @@ fn the_database_is_what_it_was() {
     let (path, database) = (folder().join("device.dbc"), database());
     let bytes = database.to_bytes();
     assert!(bytes.windows(3).any(|unit| unit == b"\"\xB0C"), "code page 1252");
-    // In UTF-8, as all files here.
+    // In UTF-8, like all files here.
     let text = Source::from_bytes("device.dbc", &bytes);
     if env::var_os("LEXICAN_BLESS").is_some() {
         fs::write(&path, text.text()).unwrap();
     }
     assert_eq!(text.text(), fs::read_to_string(&path).unwrap());
-    // Both nodes have the same COB-ID of 29 bits.
+    // Both nodes have the same extended COB-ID.
     assert_eq!(database.left_out, ["Node6_TPDO3"]);
 }
 
-/// Values in frames, as cantools gives them by name and unit.
+/// Prints values in frames, as cantools returns them by name and unit.
 const SCRIPT: &str = r#"
 import sys, cantools
 db = cantools.database.load_file(sys.argv[1])

@@ -31,13 +31,13 @@ fn count(json: &Json, list: &str, of_each: &str) -> usize {
     all.map(|it| it[of_each].as_array().map_or(0, Vec::len)).sum()
 }
 
-/// Holds the page of a data sheet to what the command prints for programs; returns its length.
+/// Compares the page of a data sheet with the command's output for programs. Returns its length.
 #[track_caller]
 fn check(sheet: &DataSheet) -> usize {
     let (page, name, json) = (page(sheet, Format::Html), sheet.input.eds.name(), json(&sheet.device));
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     let document = Document::parse_with_options(&page, options).unwrap_or_else(|error| panic!("{name}: {error}"));
-    // Objects, entries, and what PDOs carry.
+    // Objects, entries, and the content of PDOs.
     let rows = |class: &str| -> Vec<_> {
         let bodies = with_class(&document, class).into_iter().flat_map(|table| table.children());
         bodies
@@ -54,7 +54,7 @@ fn check(sheet: &DataSheet) -> usize {
     let spans = spans.filter(|it| it.tag_name().name() == "span" && it.attribute("class").is_none()).count();
     assert_eq!(spans, count(&json, "pdos", "mapping"), "{name}");
     assert_eq!(elements("findings"), sheet.diagnostics.len(), "{name}");
-    // Nothing is loaded, and each link leads somewhere.
+    // Nothing is loaded, and every link has a target.
     let unique: BTreeSet<_> = ids.iter().collect();
     assert_eq!(unique.len(), ids.len(), "{name}: an id is there twice");
     for node in document.descendants() {
@@ -62,7 +62,7 @@ fn check(sheet: &DataSheet) -> usize {
         let Some(link) = node.attribute("href") else { continue };
         assert!(link.strip_prefix('#').is_some_and(|id| unique.contains(&id)), "{name}: {link}");
     }
-    // Markdown has a heading for each object, and a table in which each row has as many cells as its head.
+    // Markdown has a heading for each object, and tables whose rows all have as many cells as the head.
     let markdown = lexican_toolbox::doc::page(sheet, Format::Markdown);
     for index in objects {
         assert!(markdown.contains(&format!("\n<a id=\"{index}\"></a>\n### {index}")), "{name}: {index}");
@@ -130,7 +130,7 @@ fn a_configured_value_stands_beside_the_default_and_a_finding_beside_its_line() 
         "1001 &lt;b&gt;&quot;A&quot; &amp; 'B'|]]&gt;",
         "<td>node.dcf:17</td>",
         "eds::bad-value",
-        // CiA 301 names the bits, where no overlay does.
+        // CiA 301 names the bits if no overlay does.
         "<i>3</i><b>temperature</b>",
     ] {
         assert!(page.contains(part), "{part}\n{page}");

@@ -13,7 +13,7 @@ use siko_ag03_1::driver::AG03_1;
 const NODE: NodeId = NodeId::literal(5);
 const WITHIN: Times = Times { within: Duration::from_secs(60), lasting: None };
 
-/// A drive alone on its bus, of which a machine says this much more; enabled.
+/// An enabled drive alone on its bus, with additional lines in its machine.
 fn enabled(device: &str, more: &str, description: &'static Description) -> Drive<VirtualLink, Any> {
     enabled_on(device, more, description).1
 }
@@ -36,7 +36,7 @@ fn akd(more: &str) -> Drive<VirtualLink, Any> {
     enabled("kollmorgen/akd", more, &AKD)
 }
 
-/// How an order ends, and what was seen meanwhile.
+/// The end of an order, and what was observed meanwhile.
 fn carried(drive: &mut Drive<VirtualLink, Any>, order: Order, times: Times) -> (Result<Ending, Error>, Vec<Look>) {
     let mut looks = Vec::new();
     let ending =
@@ -54,7 +54,7 @@ fn a_travel_is_seen_from_its_beginning_to_its_target() {
     assert!(looks.iter().any(|look| look.velocity.is_some_and(|velocity| velocity > 0)));
     let last = looks.last().unwrap();
     assert_eq!((last.state, last.velocity), (Some(State::OperationEnabled), Some(0)));
-    // From where it is, and back.
+    // From its present position, and back.
     assert_eq!(carried(&mut drive, Order::Step(Some(-500)), WITHIN).0.unwrap(), Ending::Reached);
     assert!(drive.position().unwrap().abs() < 10);
 }

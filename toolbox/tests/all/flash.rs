@@ -1,4 +1,4 @@
-//! Program download to a boot loader, whose power may fail at any time.
+//! Program download to a boot loader whose power may fail at any time.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
@@ -32,7 +32,7 @@ static TABLE: Table = Table {
     image: &[0; 14],
 };
 
-/// A flash whose power fails after so many writes.
+/// A flash whose power fails after a number of writes.
 #[derive(Clone)]
 struct Nor {
     bytes: Vec<u8>,
@@ -86,7 +86,7 @@ impl Flash for Nor {
     }
 }
 
-/// A device that is only its boot loader.
+/// A device that consists only of its boot loader.
 struct BootLoader {
     device: Device<0, 0, 1, 0>,
     od: Dictionary<14>,
@@ -103,7 +103,7 @@ impl BootLoader {
         BootLoader { device, od, program: Program::new(flash), has_power: true, boots_at_start: false }
     }
 
-    /// After a loss of power.
+    /// Restarts after a loss of power.
     fn power_on(&mut self, now: Instant) {
         let bytes = std::mem::take(&mut self.program.flash().bytes);
         *self = BootLoader::new(now, Nor::new(bytes));
@@ -202,7 +202,7 @@ fn a_program_is_written_checked_and_started() {
             let identification = bench.flash(&image(len)).unwrap();
             assert_eq!(bench.program(), Some(image(len)), "{len} bytes, block: {block}");
             assert_eq!(bench.held(), Held::Program { runs: true, identification: Some(identification) });
-            // Another one in its place.
+            // Replaces it by another program.
             bench.flash(&image(3)).unwrap();
             assert_eq!(bench.program(), Some(image(3)));
         }
@@ -225,7 +225,7 @@ fn a_loss_of_power_at_any_write_leaves_no_program_that_could_start() {
         let error = result.expect_err("the power was gone");
         assert_eq!(error.held, Held::Unknown, "{error}");
         bench.power_on();
-        // The erased flash, every part of the program, and the seal.
+        // A power cut while erasing, at any part of the program, or at the seal leaves no program.
         assert_eq!((bench.program(), bench.held()), (None, Held::Nothing), "after {cut} writes");
         bench.flash(&whole).unwrap();
         assert_eq!(bench.program(), Some(whole.clone()), "after {cut} writes");

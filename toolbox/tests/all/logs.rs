@@ -18,14 +18,14 @@ fn read(bytes: Vec<u8>) -> (Vec<Record>, Format, Skipped) {
     (records, reader.format(), reader.skipped())
 }
 
-/// What is left of a record in a format, of a log that begins at `start`.
+/// The record as a format preserves it, in a log that begins at `start`.
 fn kept(format: Format, record: &Record, start: Instant) -> Record {
     let mut record = record.clone();
     let us = record.at.as_micros();
     let to = |unit: u64| Instant::from_micros(start.as_micros() + (us - start.as_micros()) / unit * unit);
     let keeps = format.facts();
     record.at = match keeps.times.split(" since").next() {
-        // The start is kept to a tenth of a millisecond, and times from there on to a millisecond.
+        // The start has a resolution of a tenth of a millisecond, and times relative to it of a millisecond.
         Some("1 ms") => Instant::from_micros(start.as_micros() / 100 * 100 + (us - start.as_micros()) / 1000 * 1000),
         Some("100 us") => to(100),
         _ => record.at,
@@ -90,7 +90,7 @@ proptest! {
             let all = read(written(format, &records)).0;
             let Ok(reader) = Reader::new("log", Cursor::new(bytes), Some(format)) else { continue };
             let mut found: Vec<_> = reader.map_while(Result::ok).collect();
-            // The last line may be cut where it is still a frame.
+            // The last line may be cut so that it is still a frame.
             if !matches!(format, Format::Pcap | Format::Pcapng | Format::Blf) {
                 found.pop();
             }
@@ -185,7 +185,7 @@ fn captures_of_both_byte_orders_and_resolutions_are_read() {
 #[test]
 fn what_is_no_classic_frame_is_counted() {
     let mut bytes = written(Format::Pcap, &[]);
-    // CAN FD by its flag, an error frame, a packet that is cut off.
+    // CAN FD by its flag, an error frame, and a packet that is cut off.
     for (id, len, flags, captured) in [(0x123u32, 8, 4, 16), (0x2000_0004, 8, 0, 16), (0x123, 8, 0, 12)] {
         let words = [1u32, 0, captured, 16].map(u32::to_le_bytes);
         bytes.extend(words.as_flattened());

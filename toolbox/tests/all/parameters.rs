@@ -28,11 +28,11 @@ const I8: u16 = 2;
 const I16: u16 = 3;
 const I32: u16 = 4;
 
-/// How a maker writes data sheets.
+/// The style of a maker's data sheets.
 struct Style {
-    /// The access of what can be mapped.
+    /// The access of mappable entries.
     mappable: &'static str,
-    /// How numbers are written.
+    /// Whether numbers are hexadecimal.
     hexadecimal: bool,
     profile: u16,
 }
@@ -64,7 +64,7 @@ const MAPPABLE: [(u16, u16, u32, u32); 16] = [
     (0x609A, U32, 100, 110),
     (0x60E0, U16, 1000, 950),
 ];
-/// What is none, and why.
+/// Entries that are no parameters, and why.
 const OTHERS: [(u16, u16, &str, LeftOut); 11] = [
     (0x1010, U32, "rw", LeftOut::Command),
     (0x1011, U32, "rw", LeftOut::Command),
@@ -84,7 +84,7 @@ impl Style {
         if self.hexadecimal { format!("0x{number:X}") } else { number.to_string() }
     }
 
-    /// A data sheet; with `configured`, a DCF that gives every entry another value.
+    /// A data sheet; if `configured`, a DCF that gives every entry another value.
     fn sheet(&self, configured: bool) -> Device {
         let value =
             |value: u32| if configured { format!(" ParameterValue={}", self.number(value)) } else { String::new() };
@@ -104,7 +104,7 @@ impl Style {
             row("1001", U8, "ro", Some(0), 7),
             row("6060", I8, "rw", Some(1), 3),
         ];
-        // The second one is switched off.
+        // The second PDO is switched off.
         for (number, cob_id, mapped) in [(0, 0x205, 0x2101_0010), (1, 0x8000_0305, 0x2102_0010)] {
             rows.push(row(&format!("{:04X}:01", 0x1400 + number), U32, "rw", Some(cob_id), cob_id));
             rows.push(row(&format!("{:04X}:00", 0x1600 + number), U8, "rw", Some(1), 1));
@@ -114,7 +114,7 @@ impl Style {
             rows.push(row(&format!("{index:04X}"), data_type, "mappable", Some(default), new));
         }
         for (index, data_type, access, reason) in OTHERS {
-            // A DCF that gives a value to what cannot be read back is believed.
+            // The value in a DCF is used for an entry that cannot be read back.
             let default = (reason != LeftOut::WriteOnly).then_some(0);
             rows.push(row(&format!("{index:04X}"), data_type, access, default, 1));
         }
@@ -130,7 +130,7 @@ fn go_on(_: Progress<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// A device of a data sheet that has booted.
+/// A booted device of a data sheet.
 fn network(device: &Device) -> Network<VirtualLink> {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(VirtualDevice::power_on(bus.now(), NODE, device));
@@ -163,10 +163,10 @@ fn what_may_be_mapped_is_kept_and_what_is_no_parameter_is_left_out_with_its_reas
             let found = first.no_parameters.get(&Address::new(index, 0)).copied();
             assert_eq!((found, has.contains(&index)), (Some(reason), false), "{index:04X}h as {}", style.mappable);
         }
-        // The outputs are set-points, their mask is a parameter.
+        // The outputs are set-points, but their mask is a parameter.
         let of_outputs = |sub| first.no_parameters.get(&Address::new(0x60FE, sub)).copied();
         assert_eq!((of_outputs(1), of_outputs(2)), (Some(LeftOut::SetPoint), None));
-        // What is mapped is up to the device, and not to its data sheet.
+        // The device decides what is mapped, not its data sheet.
         let mut node = RemoteNode::new(&mut network, NODE);
         node.write(Address::new(0x1401, 1), &0x305_u32.to_le_bytes()).unwrap().unwrap();
         node.write(Address::new(0x1400, 1), &0x8000_0205_u32.to_le_bytes()).unwrap().unwrap();
@@ -217,7 +217,7 @@ fn a_comparison_sees_each_value_that_a_restore_would_write() {
         seen.extend(same.map(|(index, sub)| Address::new(index, sub)));
         assert_eq!(seen, written, "{}", style.mappable);
         assert!(MAPPABLE.iter().all(|(index, ..)| written.contains(&Address::new(*index, 0))));
-        // What a DCF says of a write-only entry can be written, though not compared.
+        // The value in a DCF for a write-only entry can be written, but not compared.
         assert_eq!(found.unknown, [Address::new(0x2103, 0)]);
         let reasons: BTreeSet<_> = not_restored(&dcf, NODE).into_values().collect();
         assert_eq!(reasons, [LeftOut::SetPoint, LeftOut::Mapped, LeftOut::Command, LeftOut::ReadOnly].into());
@@ -232,7 +232,7 @@ fn every_entry_is_a_parameter_or_has_a_reason() {
     assert_eq!(parameters.entries().count() + rest.len(), sheet.entries().count());
 }
 
-/// Changes one bit of each parameter that takes the new value; returns how many do.
+/// Changes one bit of each parameter that accepts the new value. Returns their number.
 fn change(node: &mut RemoteNode<'_, VirtualLink>, device: &Device) -> usize {
     let parameters = Parameters::of_sheet(device, NODE);
     let changed = parameters.entries().filter(|entry| {

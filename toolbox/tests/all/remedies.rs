@@ -1,4 +1,4 @@
-//! Each remedy, tried in the state that produces its error: following the advice leads out, and the order then succeeds.
+//! Each remedy is tried in the state that produces its error: when the advice is followed, the order succeeds.
 
 use std::sync::{Arc, Mutex};
 
@@ -29,7 +29,7 @@ struct Rig {
     bus: VirtualBus,
     siko: Arc<Mutex<SimulatedDrive>>,
     drive: Option<Shell>,
-    /// What the order has for a number; the advice may change it.
+    /// The number in the order; the advice may change it.
     number: i32,
     description: &'static Description,
 }
@@ -56,7 +56,7 @@ impl Rig {
         rig
     }
 
-    /// After something has been done with it.
+    /// The rig after some action.
     fn after<R>(mut self, what: impl FnOnce(&mut Rig) -> R) -> Self {
         what(&mut self);
         self
@@ -72,7 +72,7 @@ impl Rig {
         self.drive.as_mut().unwrap()
     }
 
-    /// What another tool, or a person with one, does to the node.
+    /// Another tool, or a person with one, writes to the node.
     fn by_tool(&mut self, writes: &[(u16, u8, u32)], then: NmtCommand) {
         self.drive = None;
         let mut network = Network::new(self.bus.link());
@@ -83,7 +83,7 @@ impl Rig {
         self.bus.advance(Duration::from_secs(1));
     }
 
-    /// Maps a PDO as the program has it.
+    /// Maps a PDO as the program does.
     fn map<V: Values, N>(
         &mut self,
         transmission: TransmissionType,
@@ -96,7 +96,7 @@ impl Rig {
         self.drive().configure_pdos(&[settings])
     }
 
-    /// What a node says of an object is something else, until that is written.
+    /// The node gives another answer for an object until that is written.
     fn says(&mut self, index: u16, answer: [u8; 8], until: [u8; 3]) {
         let id = CobId::of_node(0x580, NODE);
         let [low, high] = index.to_le_bytes();
@@ -112,7 +112,7 @@ impl Rig {
         });
     }
 
-    /// It does not hear a control word with some bits.
+    /// The node does not receive control words with these bits.
     fn misses(&mut self, bits: u16) {
         self.bus.set_fate(move |_, frame| {
             let is_control = [0x205, 0x405].contains(&frame.id().raw());
@@ -131,7 +131,8 @@ impl Rig {
         self.siko.lock().unwrap().set_inputs(self.bus.now(), change);
     }
 
-    /// Turns the shaft by hand while the drive is off, with limits of 1000 both ways: to a limit, or beyond it.
+    /// Turns the shaft by hand while the drive is off, with limits of 1000 in both directions: to a limit, or beyond
+    /// it.
     fn beyond(increments: i32) -> Self {
         let mut rig = Rig::new(&AG03_1);
         rig.drive().write(LOWER_LIMIT, -1000).unwrap();
@@ -193,7 +194,7 @@ fn run(rig: &mut Rig) -> Result<(), Error> {
     rig.drive().stop()
 }
 
-/// A word, the state that produces it, the order that fails there, and what a person does about it.
+/// A message, the state that produces it, the order that fails there, and what a person does about it.
 struct Row(&'static str, fn() -> Rig, Act, Person);
 
 const ROWS: &[Row] = &[
@@ -332,7 +333,7 @@ const ROWS: &[Row] = &[
         travel,
         |rig| {
             rig.inch(Direction::Negative);
-            // It is off the switch then.
+            // The drive is then off the switch.
             rig.world(|inputs| inputs.limit_switches = [false, false]);
         },
     ),
@@ -374,7 +375,7 @@ const BOTH: Mapping<Tpdo, (i32, i32)> = Mapping::transmit().with(POSITION).with(
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 const FREE: i32 = 2;
 
-/// Those of PDOs, and of what a drive says and does not hear.
+/// Rows about PDOs, and about wrong answers and lost frames.
 const MORE_ROWS: &[Row] = &[
     Row(
         "other-cob-id",
@@ -386,14 +387,14 @@ const MORE_ROWS: &[Row] = &[
         "other-cob-id",
         || Rig::new(&AKD).after(|rig| rig.by_tool(&[(0x1400, 1, 0x206)], NmtCommand::EnterPreOperational)),
         Rig::connect,
-        // It has no 1011h.
+        // The drive has no 1011h.
         |rig| rig.by_tool(&[(0x1400, 1, 0x205)], NmtCommand::EnterPreOperational),
     ),
     Row(
         "pdo-in-use",
         || Rig::new(&AKD).after(|rig| rig.number = 1),
         |rig| rig.map(TransmissionType::EventProfile, &ACTUAL),
-        // The driver has all four of them.
+        // The driver has all four PDOs.
         |rig| {
             rig.description = &AKD_BY_SDO;
             rig.connect().unwrap();
@@ -408,7 +409,7 @@ const MORE_ROWS: &[Row] = &[
             rig
         },
         |rig| rig.drive().receive_pdo(FREE as u16, &ACTUAL).map(|_| ()),
-        // It waits for a SYNC that nobody sends.
+        // The PDO waits for a SYNC that nobody sends.
         |rig| rig.map(TransmissionType::EventProfile, &ACTUAL).unwrap(),
     ),
     Row(
@@ -453,7 +454,7 @@ const MORE_ROWS: &[Row] = &[
         "no-way",
         || {
             let rig = Rig::new(&AG03_1);
-            // NOT READY TO SWITCH ON, whenever it is asked; it sends nothing.
+            // NOT READY TO SWITCH ON whenever it is read; the drive sends nothing.
             let shown = [0x4B, 0x41, 0x60, 0, 0x00, 0x02, 0, 0];
             rig.bus.set_fate(move |_, frame| match (frame.id().raw(), frame.data()) {
                 (0x585, [_, 0x41, 0x60, ..]) => Fate::Replace(Frame::from_array(frame.id(), shown)),
@@ -467,7 +468,7 @@ const MORE_ROWS: &[Row] = &[
     ),
 ];
 
-/// Those that no row tries, and why.
+/// Messages that no row tries, and why.
 const NOT_TRIED: &[(&str, &str)] = &[
     ("safety", "by an AKD: it has a test of its own below"),
     ("profile-velocity", "by a drive made of its data sheet: its test is in `data_sheets/`"),
@@ -498,7 +499,7 @@ fn interrupted() -> Rig {
     rig
 }
 
-/// Follows the advice, each time the step with this number, until the order succeeds.
+/// Follows the advice, always with the step of this number, until the order succeeds.
 fn leads_out(row: &Row, choice: usize) {
     let &Row(expected, state, order, person) = row;
     let mut rig = state();
@@ -539,7 +540,7 @@ fn an_interrupted_travel_can_be_resumed_or_dropped() {
     }
 }
 
-/// Also for another program, which has not stopped the drive by itself.
+/// Also for another program, which has not stopped the drive itself.
 #[test]
 fn a_program_that_finds_an_interrupted_travel_is_told_so() {
     let mut rig = interrupted();
@@ -564,7 +565,7 @@ fn each_error_is_tried_or_named() {
     assert!(unknown.is_empty(), "{unknown:?}");
 }
 
-/// STO of an AKD, which is the cause of a fault.
+/// STO of an AKD, the cause of a fault.
 #[test]
 fn a_safety_function_is_named_before_the_rest() {
     let bus = VirtualBus::with_bit_rate(500);

@@ -1,7 +1,8 @@
 //! Reads data sheets as rows.
 
-/// A data sheet of which `info` is the device's own section. A row is an address, a data type, an access, the default and the highest
-/// value, if there are any, and other keys: `607D:01 4 rww 0 PDOMapping=1`. The count of an array is there without a row.
+/// A data sheet whose device section is `info`. A row has an address, a data type and an access, then the default and
+/// the highest value if there are any, and other keys: `607D:01 4 rww 0 PDOMapping=1`. The count of an array needs no
+/// row.
 pub(crate) fn eds(info: &str, rows: impl Iterator<Item = String>) -> String {
     let mut rows: Vec<String> = rows.filter(|row| !row.trim().is_empty()).collect();
     rows.sort_unstable();

@@ -15,13 +15,13 @@ use lexican_toolbox::drive::{Ending, Order, describe};
 use super::rig::Rig;
 use crate::corpus_files;
 
-/// How many of a hundred have to move.
+/// The percentage of drives that have to move.
 const SHARE: usize = 89;
 
 /// How a drive has moved.
 enum Moved {
     AsItIs,
-    /// With what the refusal names.
+    /// After setting what the refusal names.
     OnceSet,
 }
 

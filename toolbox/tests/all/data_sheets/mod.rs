@@ -18,7 +18,7 @@ use crate::rows::eds;
 const NODE: NodeId = NodeId::literal(5);
 const STEP: Order = Order::Step(Some(500));
 
-/// A drive with little more than it needs: the address, the data type, the access, the default, the highest value.
+/// A drive with little more than the necessary: the address, the data type, the access, the default, the highest value.
 const DRIVE: &str = "
 1000    7 ro 0x20192
 1014    7 rw $NODEID+0x80
@@ -38,7 +38,7 @@ const DRIVE: &str = "
 6502    7 ro 0x01
 ";
 
-/// The data sheet with some lines replaced (by address), added, or left out (an address alone).
+/// The data sheet with some lines replaced (by address), added, or removed (an address alone).
 fn sheet(changes: &str) -> DataSheet {
     let address = |line: &str| line.split_whitespace().next().unwrap_or_default().to_owned();
     let changed: Vec<String> = changes.lines().map(address).collect();
@@ -52,7 +52,7 @@ fn rig(changes: &str) -> Rig {
     Rig::new(sheet(changes), NODE).unwrap()
 }
 
-/// What is said of a data sheet, beyond what is there.
+/// The facts about a data sheet whose verdict is not ready.
 fn said(changes: &str) -> Vec<Fact> {
     let sheet = sheet(changes);
     let facts = explain_sheet(&sheet.input, &sheet.device).1.into_iter();
@@ -143,13 +143,13 @@ fn emergencies_are_heard_where_the_drive_sends_them() {
     let facts = rig.drive.run(async |drive| explain_drive(&drive).await).unwrap();
     assert!(facts.iter().any(|fact| fact.text == "1014:00 has emergencies on 1A0h, not on 085h"), "{facts:?}");
     let error = rig.carry_out(STEP, None).and_then(|_| rig.carry_out(STEP, None)).map(|ending| ending.to_string());
-    // There is no 1003h in which it might have been read.
+    // There is no 1003h from which the code could have been read.
     assert!(error.as_ref().map_or_else(ToString::to_string, Clone::clone).contains("7121"), "{error:?}");
 }
 
 #[test]
 fn a_heartbeat_of_the_drive_is_not_taken_for_an_emergency() {
-    // 705h is that of the drive's own heartbeat, in which no emergency fits.
+    // 705h is the drive's own heartbeat, so no emergency can have that identifier.
     let mut rig = rig("1014 7 rw 0x705");
     rig.bus.link().send(&Frame::from_array(CobId::of_node(0x700, NODE), [NmtState::Operational.code()])).unwrap();
     assert_eq!(rig.carry_out(STEP, None).unwrap(), Ending::Reached);

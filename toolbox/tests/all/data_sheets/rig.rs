@@ -19,7 +19,7 @@ impl Rig {
         Rig::of(sheet.clone(), sheet, node, "")
     }
 
-    /// Connects to a drive that is simulated by one data sheet, and follows a script, by another data sheet.
+    /// Connects, by one data sheet, to a drive that is simulated by another one and follows a script.
     pub(crate) fn of(simulated: DataSheet, named: DataSheet, node: NodeId, script: &str) -> Result<Self, Error> {
         let description = describe(&named.input).expect("a drive of CiA 402");
         let mut device = PlantDevice::new(Some(node), "drive.eds", simulated);
@@ -30,7 +30,7 @@ impl Rig {
         Ok(Rig { bus, drive })
     }
 
-    /// What the drive notices by that the command is gone; nothing, if it has no way.
+    /// Arms the drive's way to notice that the command is gone, if it has one.
     pub(crate) fn protect(&mut self) -> Result<Protection, Error> {
         match self.drive.protect(Supervision::within(Duration::from_secs(1))) {
             Err(Error::Unsupported { .. } | Error::HeartbeatExcludesGuarding { .. }) => Ok(Protection::None),
@@ -38,7 +38,7 @@ impl Rig {
         }
     }
 
-    /// Enables the drive and gives it an order, with a velocity and ramps if they are named.
+    /// Enables the drive and gives it an order, with velocity and ramps if they are given.
     pub(crate) fn carry_out(&mut self, order: Order, profile: Option<i64>) -> Result<Ending, Error> {
         self.drive.run(async |drive| set_profile(&drive, profile, None).await)?;
         self.drive.run(async |drive| prepare(&drive, order).await)?;

@@ -31,7 +31,7 @@ fn values(device: &Device, entry: &Entry) -> Vec<Value> {
     }
 }
 
-/// How many values went in again, and how many were refused.
+/// The number of values that were parsed again, and of those that were refused.
 fn check(source: &str, device: &Device) -> (usize, usize) {
     let (mut same, mut refused) = (0, 0);
     let known = DeviceValues::new(device);
@@ -43,7 +43,7 @@ fn check(source: &str, device: &Device) -> (usize, usize) {
                     assert_eq!(taken, value, "{source} {:04X}:{:02X} {} {shown:?}", entry.index, entry.sub, entry.name);
                     same += 1;
                 }
-                // What is cut short, or does not say all, is refused rather than taken for another value.
+                // A text that is cut short or incomplete is refused, rather than taken for another value.
                 Err(why) => {
                     let is_status = (entry.index, entry.sub) == (0x6041, 0);
                     let is_cut = matches!(value, Value::Bytes(_) | Value::Text(_));
