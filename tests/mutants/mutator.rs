@@ -1,5 +1,5 @@
-//! Puts mutants into the sources of a crate: an expression is replaced by one that asks `mutant::is(7)` and, if so, has
-//! another value. All modules become one file, because `include!` takes only one. Build scripts include this file.
+//! Puts mutants into the sources of a crate: an expression becomes one that has another value while `mutant::is(7)` is
+//! true. All modules become one file, because `include!` takes only one. Build scripts include this file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -64,8 +64,8 @@ export function thinned(points, most) {
 }
 
 /**
- * A column of times, and one of numbers per curve, as uPlot takes them. `undefined` where a curve has no point at a
- * time: uPlot draws no gap there.
+ * A column of times, and one of numbers for each curve, as uPlot takes them. A curve without a point at a time has
+ * `undefined` there, over which uPlot draws its line.
  */
 export function columns(curves) {
   const places = curves.map(() => 0)

@@ -126,7 +126,7 @@ fn what_xml_cannot_say_is_refused() {
         set(&sheet, Place::Object(0x2004), "DefaultValue", Some("1")),
         Err(EditError::NoSection("2004".to_owned()))
     );
-    // A file written by this library has it, as a characteristic.
+    // In a file written by this library, the key is a characteristic.
     let written = Source::new("x.xdd", xdd::xdd(&load(&library::find("siko/ag03-1").unwrap().input()).0));
     let after = set(&written, Place::FileInfo, "FileRevision", Some("7")).unwrap().apply(&written);
     assert_eq!(device(&written.with_text(after)).file.revision, Some(7));

@@ -31,7 +31,7 @@ fn a_dcf_is_all_that_a_boot_writes() {
         assert_eq!(commissioning.node_name.as_deref(), Some(node.name.as_str()));
         assert_eq!(commissioning.network_name.as_deref(), Some("press 3"));
         assert_eq!(commissioning.serial_number, node.identity.serial);
-        // A machine with only the DCF results in the same writes.
+        // The writes are the same for a machine that has only the DCF.
         let text = format!("[node.{}]\nid = {}\nsheet = \"node.dcf\"", node.name.value, node.id.unwrap());
         let again = Machine::parse(Source::new("machine.toml", text), Files::Embedded(&[("node.dcf", &dcf)]));
         assert!(!again.findings.has_errors(), "{}", again.findings.render(&again.input));

@@ -118,7 +118,7 @@ fn storage(node: NodeId) -> Box<dyn Storage> {
 /// A servo whose power fails after a number of frames, and comes back later.
 pub(crate) struct Supplied {
     pub(crate) servo: SimulatedServo,
-    /// The number of frames until then.
+    /// The number of frames until the power fails; `None` if it does not.
     pub(crate) left: Option<u64>,
     /// For how long the power is off.
     pub(crate) off: Duration,

@@ -59,7 +59,7 @@ fn a_hundred_thousand_altered_telegrams_leave_a_drive_that_answers() {
                 let function = Function::Request { service: Service::SrdHigh, count };
                 let data = Data { to: 7, from: 2, to_sap: None, from_sap: None, function, payload: &outputs };
                 let mut telegram = Telegram::Data(data).encode().unwrap().to_vec();
-                // Some are unchanged, and order something.
+                // One telegram in four stays unchanged, so that some orders are carried out.
                 if random.below(4) != 0 {
                     random.alter(&mut telegram);
                 }

@@ -29,7 +29,7 @@ fn plays(orders: &str) {
     DRIVES.into_iter().for_each(|model| ready(model).plays(orders));
 }
 
-/// Each edge is acknowledged by an edge.
+/// Each edge in the control word is acknowledged by an edge in the status word.
 #[test]
 fn figure_13_travels() {
     let there = "t5000; 007B; shows travelling; shows xxx1 xxxx xxxx xxxx; comes-to ready; actual 5000; shows xxxx x1xx xxxx xxxx";

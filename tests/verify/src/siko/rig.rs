@@ -246,7 +246,7 @@ impl<D: Siko> Scripted for D {
                 let found = rig.see(|drive, _| drive.controller().faults().to_vec());
                 return Some(found.iter().map(|fault| fault.code.label).eq(letters.iter().copied()));
             }
-            // From now on, an LED is lit (#) or dark every 100 ms.
+            // From now on, each character of the pattern is 100 ms in which an LED is lit (#) or dark.
             ("shines", [led, pattern]) => {
                 let lit = |rig: &mut Rig<D>, wanted: char| {
                     let lights = rig.see(|drive, now| drive.lights(now));
