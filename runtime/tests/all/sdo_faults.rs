@@ -338,8 +338,8 @@ fn a_block_transfer_recovers_from_the_loss_of_any_frame_once_begun() {
         for block_size in [2, 3, 4, 5, 127] {
             for len in [22, 28, 29, 35, 36, 63, 890] {
                 let case = |verb| Case { verb, address: DOMAIN, len, block_size, hides_len };
-                // The answer to the initiation of a write, because the server times out first; and the answer to the end,
-                // when all is written. If the request for the initiation is lost, the write goes on in segments.
+                // The answer to the initiation of a write, because the server times out first; and the answer to the
+                // end, when all is written. If the request for the initiation is lost, the write goes on in segments.
                 assert_eq!(unrecovered(case(Verb::WriteBlock)), [0xA4, 0xA1], "{:?}", case(Verb::WriteBlock));
                 let answer = if hides_len { 0xC4 } else { 0xC6 };
                 assert_eq!(unrecovered(case(Verb::ReadBlock)), [0xA4, answer], "{:?}", case(Verb::ReadBlock));

@@ -3,8 +3,8 @@
 //! - `generate:` and the options that differ from a new `Config`: `storage`, `names`, `driver`;
 //! - the difference of its data sheet from that of `golden/base.txt`: a line for each section, such as
 //!   `[2000] Speed ; DataType=3`, where the first word of an object is its name. Unless the line says otherwise, an
-//! object is
-//!   a variable that cannot be mapped, and it is listed by its index. `file:` and the path of a data sheet instead;
+//!   object is a variable that cannot be mapped, and it is listed by its index. `file:` and the path of a data sheet
+//!   instead;
 //! - `overlay:` and the overlay;
 //! - `findings:` and the findings of the generator, and on a line each those of the reader;
 //! - `code:` and the generated items that the base does not have. Of a table that both have, only the rows that differ.
