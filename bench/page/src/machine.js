@@ -1,4 +1,4 @@
-// The state machine of CiA 402 as a picture: the positions of its states, and the orders between them.
+// The state machine of CiA 402 as a picture: the positions of its states, and the transitions between them.
 
 /** @import { State, Verb } from './wire' */
 

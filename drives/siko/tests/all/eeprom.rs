@@ -77,7 +77,7 @@ fn parameter_25_has_a_line_where_no_object_holds_it() {
     let text = kept.to_text(ag02);
     assert!(text.starts_with("lexican siko/ag02 eeprom 1\nposition 0\ninching_stop 1\nend 0 entries, "), "{text}");
     assert_eq!(NonVolatile::from_text(ag02, &text).unwrap(), kept);
-    // A file of a version that did not store the position.
+    // A file of a version that did not store parameter 25 yet.
     let before = ag02.eeprom.seal(&["position 0".to_owned()]);
     assert_eq!(NonVolatile::from_text(ag02, &before).unwrap(), NonVolatile::default());
     let line = |line: &str| vec![line.to_owned()];
