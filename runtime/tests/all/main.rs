@@ -38,6 +38,7 @@ mod shell_nodes;
 mod shell_support;
 mod snapshot;
 mod station;
+mod tokio_drive;
 mod tokio_shell;
 mod tokio_trouble;
 mod tpdo_types;

@@ -9,6 +9,8 @@
 //! - Back-pressure: calls wait while 64 others wait for the task; what the task stores is bounded by the
 //!   number of callers, since each waits for its own answer. Each listener has a queue of the last
 //!   1024 events; a slower one gets an error with the number of events it has missed.
+//! - On a link in real time a call that waits in `block_on` runs the network itself, which saves a look at the
+//!   descriptors for each answer. The task goes on with it when the call is dropped, or no longer polled.
 //! - A frame that the interface has no room for waits up to 100 ms, and everything that is to be sent
 //!   after it waits behind it, in order. Meanwhile frames are received and deadlines kept. Then it is lost, as
 //!   on a bad bus: a call that sends gets [`LinkError::Full`], a transfer times out.
@@ -32,6 +34,7 @@
 //! # }
 //! ```
 
+mod drive;
 mod node;
 mod outgoing;
 mod owner;
@@ -45,6 +48,7 @@ use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
 
+use self::drive::Drive;
 pub use self::node::{Named, RemoteNode};
 pub use self::owner::Event;
 use self::owner::{Owner, Request};
@@ -67,6 +71,7 @@ const UNLIMITED: Duration = Duration::from_micros(u64::MAX);
 /// A handle of a network whose task runs in the background. When the last one is dropped, the task ends.
 #[derive(Clone, Debug)]
 pub struct Network {
+    drive: Arc<Drive>,
     requests: mpsc::Sender<Request>,
     posts: mpsc::Sender<Frame>,
     events: broadcast::WeakSender<Event>,
@@ -87,8 +92,10 @@ impl Network {
         let (posts, posted) = mpsc::channel(64);
         let (events, _) = broadcast::channel(1024);
         let (weak, failure, latency) = (events.downgrade(), Arc::default(), link.latency());
-        tokio::spawn(Owner::new(link, asked, posted, events)?.run(Arc::clone(&failure)));
-        Ok(Network { requests, posts, events: weak, patience: UNLIMITED, latency, failure })
+        let is_real_time = link.is_real_time();
+        let owner = Owner::new(link, asked, posted, events)?;
+        let drive = Drive::spawn(owner.run(Arc::clone(&failure)), is_real_time);
+        Ok(Network { drive, requests, posts, events: weak, patience: UNLIMITED, latency, failure })
     }
 
     /// Limits how long each call to read or to write by this handle may take in all, including the wait for other calls.
@@ -194,8 +201,7 @@ impl Network {
     /// Sends a frame as it is; it is on its way to the bus when this returns.
     pub async fn send(&self, frame: Frame) -> Result<(), LinkError> {
         let (reply, answer) = oneshot::channel();
-        self.ask(Request::Send(frame, reply)).await?;
-        answer.await.map_err(|_| self.closed())?
+        self.answer(Request::Send(frame, reply), answer).await?
     }
 
     /// Posts a frame without waiting, for callers that cannot wait, such as a destructor. It is sent before the frames of
@@ -242,8 +248,7 @@ impl Network {
     /// Waits until `until` by the link's time, and returns that time.
     pub async fn sleep_until(&self, until: Instant) -> Result<Instant, LinkError> {
         let (reply, answer) = oneshot::channel();
-        self.ask(Request::Alarm(until, reply)).await?;
-        answer.await.map_err(|_| self.closed())
+        self.answer(Request::Alarm(until, reply), answer).await
     }
 
     /// The events from now on, until the link fails.
@@ -263,12 +268,20 @@ impl Network {
     ) -> Result<Vec<u8>, AccessError> {
         let (reply, answer) = oneshot::channel();
         let transfer = Transfer { address, write, payload, patience: self.patience, reply };
-        self.ask(Request::Transfer(node, transfer)).await?;
-        answer.await.map_err(|_| self.closed())?
+        self.answer(Request::Transfer(node, transfer), answer).await?
     }
 
     async fn ask(&self, request: Request) -> Result<(), LinkError> {
         self.requests.send(request).await.map_err(|_| self.closed())
+    }
+
+    /// Asks the network, and runs it in `block_on` until its answer is there.
+    async fn answer<T>(&self, request: Request, answer: oneshot::Receiver<T>) -> Result<T, LinkError> {
+        let answered = async {
+            self.ask(request).await?;
+            answer.await.map_err(|_| self.closed())
+        };
+        self.drive.attend(answered).await
     }
 
     /// Why the task has ended.
