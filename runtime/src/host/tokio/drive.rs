@@ -58,7 +58,8 @@ impl Drive {
             // Before the call hands in its request, so that this does not wake the background task.
             let turn = if self.may_attend() { self.turn(self.lock()) } else { None };
             let Some(mut turn) = turn else { return call.as_mut().poll(context) };
-            let before = call.as_mut().poll(context);
+            // It is polled again below, so its answer need not wake it.
+            let before = call.as_mut().poll(&mut Context::from_waker(Waker::noop()));
             if before.is_ready() {
                 return before;
             }
