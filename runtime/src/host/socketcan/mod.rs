@@ -44,8 +44,9 @@ const LOOK: Duration = Duration::from_millis(100);
 /// enough for 10,000 frames.
 const RECEIVE_BUFFER: usize = 4 << 20;
 
-/// How long the kernel waits for a frame at most. It counts in jiffies, so the end of a wait is left to a timer.
-const NAP: Duration = Duration::from_millis(250);
+/// How long the kernel waits for a frame at most. It counts in jiffies, so the end of a wait is left to a timer. A wait counts
+/// as long from twice this time on, so that the 500 ms of a block upload's next segment are a long wait.
+const NAP: Duration = Duration::from_millis(200);
 
 /// How many frames one system call takes at most.
 const BATCH: usize = 8;
