@@ -31,8 +31,8 @@ pub trait Link {
     /// Waits until `until` for a frame or a change of the bus's state; `None` if nothing came.
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
 
-    /// As [`Link::receive`], for a caller that has just read the clock as `now`. This saves the link from reading it,
-    /// which is a system call in a virtual machine.
+    /// As [`Link::receive`], for a caller that has just read the clock as `now`, such as a loop around an `SdoClient`. This
+    /// saves the link from reading it, which is a system call in a virtual machine.
     fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
         let _ = now;
         self.receive(until)
