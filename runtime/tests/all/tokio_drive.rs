@@ -116,23 +116,6 @@ async fn a_call_in_block_on_runs_the_network_itself_and_one_in_a_task_leaves_it_
     assert!(log.lock().unwrap().in_task >= 2);
 }
 
-#[tokio::test]
-async fn a_call_in_block_on_is_polled_once_for_its_request_and_once_for_its_answer() {
-    let (link, _log, _far) = Socket::new();
-    let network = Network::spawn(link).unwrap();
-    network.read(NODE, DEVICE_TYPE).await.unwrap();
-    let mut polls = 0;
-    for _ in 0..10 {
-        let mut read = pin!(network.read(NODE, DEVICE_TYPE));
-        let counted = poll_fn(|context| {
-            polls += 1;
-            read.as_mut().poll(context)
-        });
-        counted.await.unwrap();
-    }
-    assert_eq!(polls, 20);
-}
-
 /// How many SYNCs are sent in 500 ms in which nobody calls, and whether a frame is received then.
 async fn served(log: &Log, network: &Network, far: &UnixDatagram) -> usize {
     log.lock().unwrap().syncs = 0;

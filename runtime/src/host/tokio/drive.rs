@@ -186,3 +186,39 @@ impl Drop for Background {
         drop(network);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::sync::atomic::{AtomicUsize, Ordering};
+    use tokio::sync::oneshot;
+
+    #[derive(Default)]
+    struct Wakes(AtomicUsize);
+
+    impl Wake for Wakes {
+        fn wake(self: Arc<Self>) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Tokio would look at its descriptors once more.
+    #[tokio::test]
+    async fn a_call_is_not_woken_for_an_answer_that_it_gets_itself() {
+        let ((ask, asked), (reply, answer)) = (oneshot::channel(), oneshot::channel());
+        let network = async move {
+            reply.send(asked.await.unwrap()).unwrap();
+            core::future::pending::<()>().await;
+        };
+        let drive = Drive::spawn(network, true);
+        let mut call = pin!(drive.attend(async move {
+            ask.send(7).unwrap();
+            answer.await
+        }));
+        let wakes = Arc::<Wakes>::default();
+        let waker = Waker::from(Arc::clone(&wakes));
+        let polled = poll_fn(|_| Poll::Ready(call.as_mut().poll(&mut Context::from_waker(&waker)))).await;
+        assert_eq!(polled, Poll::Ready(Ok(7)));
+        assert_eq!(wakes.0.load(Ordering::Relaxed), 0);
+    }
+}
