@@ -2,7 +2,8 @@
 //!
 //! A [`SimulatedDevice`] is made of its data sheet, or is a drive with a simulator of its own. A [`Plant`] describes
 //! devices, their settings and the faults between them: those of a machine (`machine.toml`), in a file or in the
-//! program. Its [`Segment`] is one [`Node`](lexican_runtime::host::Node), to be attached to a bus.
+//! program. Its [`Segment`] is one [`Node`](lexican_runtime::host::Node), to be attached to a bus. Plants that share
+//! nothing run [side by side](side_by_side), on several cores.
 //!
 //! A [`Command`] acts on a device from outside, whether a user types a line or presses a button.
 //!
@@ -28,6 +29,7 @@ mod device;
 mod interface;
 pub mod plant;
 mod segment;
+mod side_by_side;
 mod virtual_device;
 
 pub use command::{Command, Power};
@@ -35,6 +37,7 @@ pub use device::{SimulatedDevice, SimulationError};
 pub use lexican_machine::{Fault, Files};
 pub use plant::{Plant, PlantDevice, PlantError};
 pub use segment::Segment;
+pub use side_by_side::{SideBySide, side_by_side};
 pub use simulator::script::{Input, Range, Takes};
 pub use virtual_device::VirtualDevice;
 

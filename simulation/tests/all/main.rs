@@ -6,3 +6,4 @@ mod corpus_files;
 mod dead_man;
 mod declared;
 mod replace;
+mod side_by_side;
