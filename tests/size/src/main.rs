@@ -104,12 +104,13 @@ pub extern "C" fn run(board: &Board, node: u8) {
     let identity = Identity { vendor: 0x4C58, product: 9, revision: 0x0001_0000, serial: 0 };
     let mut lss = LssDevice::new(identity, Some(node));
     loop {
+        let now = now();
         while cfg!(feature = "lss")
-            && let Some(frame) = lss.poll_transmit(now())
+            && let Some(frame) = lss.poll_transmit(now)
         {
             (board.send)(&CanFrame::from_frame(&frame));
         }
-        while let Some(frame) = device.poll_transmit(now(), &mut od) {
+        while let Some(frame) = device.poll_transmit(now, &mut od) {
             (board.send)(&CanFrame::from_frame(&frame));
         }
         let mut received = CanFrame { id: 0, is_remote: false, len: 0, data: [0; 8] };
@@ -117,20 +118,20 @@ pub extern "C" fn run(board: &Board, node: u8) {
             let frame = received.to_frame();
             if cfg!(feature = "lss")
                 && let Some(frame) = frame.filter(|frame| frame.id() == lss::REQUEST)
-                && let Some(lss_device::Event::NodeIdGiven(node)) = lss.handle_frame(now(), &frame, &mut Forgets)
+                && let Some(lss_device::Event::NodeIdGiven(node)) = lss.handle_frame(now, &frame, &mut Forgets)
             {
-                device.restart_as(node, now(), &mut od);
+                device.restart_as(node, now, &mut od);
             }
-            frame.and_then(|frame| device.handle_frame(now(), &frame, &mut od))
-        } else if device.poll_timeout().is_some_and(|due| due <= now()) {
-            device.handle_timeout(now(), &mut od)
+            frame.and_then(|frame| device.handle_frame(now, &frame, &mut od))
+        } else if device.poll_timeout().is_some_and(|due| due <= now) {
+            device.handle_timeout(now, &mut od)
         } else {
             None
         };
         if let Some(Event::Reset(reset)) = event {
             let values = if reset == Reset::Node { 0..=0xFFFF } else { 0x1000..=0x1FFF };
             od.reset(device.node(), values);
-            device.restart(now(), &mut od);
+            device.restart(now, &mut od);
         }
     }
 }
