@@ -73,7 +73,8 @@ impl<const N: usize> Mapping<N> {
 
     /// The objects, in their order.
     pub fn iter(&self) -> impl Iterator<Item = Mapped> + '_ {
-        self.entries.iter().take(usize::from(self.len)).map(|&entry| Mapped::from_parameter(entry))
+        let entries = self.entries.get(..usize::from(self.len)).unwrap_or(&self.entries);
+        entries.iter().map(|&entry| Mapped::from_parameter(entry))
     }
 
     /// The objects, each with its lowest bit in the PDO.
