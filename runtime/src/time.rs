@@ -84,16 +84,37 @@ impl<T> Measured<T> {
     }
 }
 
+/// The deadline that is `span` from now; none if that is zero, as with all spans of a dictionary.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
+pub(crate) fn after(now: Instant, span: Duration) -> Option<Instant> {
+    if span.is_zero() { None } else { Some(now + span) }
+}
+
+/// Whether a deadline has come; then it is none.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
+pub(crate) fn expire(deadline: &mut Option<Instant>, now: Instant) -> bool {
+    deadline.take_if(|at| *at <= now).is_some()
+}
+
+/// Whether a deadline that comes once in each period has come; then it is the next one, without drift unless `now` is
+/// late by a whole period.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
+pub(crate) fn tick(deadline: &mut Option<Instant>, period: Duration, now: Instant) -> bool {
+    let Some(last) = deadline.filter(|&at| at <= now) else { return false };
+    let next = last + period;
+    *deadline = Some(if next > now { next } else { now + period });
+    true
+}
+
 /// The earliest of some deadlines. Out of `flatten().min()` the compiler makes ten times the instructions, for every
 /// frame (tests/bench/instructions.md).
 #[inline]
 pub(crate) fn earliest(deadlines: impl IntoIterator<Item = Option<Instant>>) -> Option<Instant> {
-    let first = deadlines.into_iter().fold(u64::MAX, |first, deadline| first.min(order(deadline)));
-    NonZeroU64::new(first.wrapping_add(1)).map(Instant)
+    deadlines.into_iter().fold(None, sooner)
 }
 
 /// The earlier one of two deadlines.
-#[inline]
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) fn sooner(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     NonZeroU64::new(order(one).min(order(other)).wrapping_add(1)).map(Instant)
 }
@@ -189,6 +210,7 @@ impl FromStr for Duration {
 
 impl Add<Duration> for Instant {
     type Output = Instant;
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn add(self, span: Duration) -> Instant {
         Instant(self.0.saturating_add(span.0))
     }

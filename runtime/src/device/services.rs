@@ -21,7 +21,7 @@ use crate::service::rpdo::{self, Rpdo};
 use crate::service::sync_consumer::SyncConsumer;
 use crate::service::sync_producer::SyncProducer;
 use crate::service::tpdo::{self, Tpdo, Triggers};
-use crate::time::{Instant, earliest};
+use crate::time::{Instant, earliest, expire};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
@@ -187,7 +187,7 @@ impl Timers {
     /// The first timer that has run out, which is stopped.
     fn expire(&mut self, now: Instant) -> Option<Timer> {
         let mut timers = Timers::ALL.into_iter().zip(&mut self.0);
-        timers.find_map(|(timer, at)| at.take_if(|at| *at <= now).map(|_| timer))
+        timers.find_map(|(timer, at)| expire(at, now).then_some(timer))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::cia301;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::emcy::{CodeOrder, Emergency, ErrorCode, ErrorRegister};
 
 /// Sends emergencies, and keeps error register and history in the dictionary.
@@ -113,7 +113,7 @@ impl EmcyProducer {
 
     /// The inhibit time has passed.
     pub fn handle_timeout(&mut self, now: Instant) {
-        self.inhibited.take_if(|end| *end <= now);
+        time::expire(&mut self.inhibited, now);
     }
 
     /// The oldest emergency that was not sent, unless the inhibit time holds.
@@ -127,7 +127,7 @@ impl EmcyProducer {
             return None;
         };
         let emergency = self.pop()?;
-        self.inhibited = if self.inhibit.is_zero() { None } else { Some(now + self.inhibit) };
+        self.inhibited = time::after(now, self.inhibit);
         Some(Frame::from_array(id, emergency.emit(self.order)))
     }
 

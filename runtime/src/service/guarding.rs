@@ -3,7 +3,7 @@
 
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
@@ -57,16 +57,15 @@ impl Guarding {
             return None;
         }
         self.asked = true;
-        if !self.life_time.is_zero() {
-            self.deadline = Some(now + self.life_time);
-        }
+        self.deadline = time::after(now, self.life_time);
         core::mem::take(&mut self.lost).then_some(Event::Restored)
     }
 
     /// Guarding is lost when the life time has passed.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
-        self.deadline.filter(|&deadline| deadline <= now)?;
-        self.deadline = None;
+        if !time::expire(&mut self.deadline, now) {
+            return None;
+        }
         self.lost = true;
         Some(Event::Lost)
     }

@@ -4,7 +4,7 @@
 
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
@@ -81,7 +81,7 @@ impl HeartbeatConsumer {
             return Some(Event::BootedUp);
         }
         let before = core::mem::replace(&mut self.heartbeat, Heartbeat::Alive(message.state));
-        self.deadline = if self.time.is_zero() { None } else { Some(now + self.time) };
+        self.deadline = time::after(now, self.time);
         match before {
             Heartbeat::Alive(state) if state == message.state => None,
             Heartbeat::Alive(_) => Some(Event::StateChanged(message.state)),
@@ -91,8 +91,9 @@ impl HeartbeatConsumer {
 
     /// The heartbeat is lost when its time has passed.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
-        self.deadline.filter(|&deadline| deadline <= now)?;
-        self.deadline = None;
+        if !time::expire(&mut self.deadline, now) {
+            return None;
+        }
         self.heartbeat = Heartbeat::Lost;
         Some(Event::Lost)
     }

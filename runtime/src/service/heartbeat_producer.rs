@@ -2,7 +2,7 @@
 
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
@@ -38,10 +38,7 @@ impl HeartbeatProducer {
 
     /// A heartbeat is due when its time has come; this is never an event.
     pub fn handle_timeout(&mut self, now: Instant) {
-        if let Some(next) = self.next.filter(|&next| next <= now) {
-            self.due = true;
-            self.next = Some(next_tick(next, self.period, now));
-        }
+        self.due |= time::tick(&mut self.next, self.period, now);
     }
 
     /// The heartbeat, when one is due.
@@ -57,12 +54,6 @@ impl HeartbeatProducer {
     pub const fn poll_timeout(&self) -> Option<Instant> {
         self.next
     }
-}
-
-/// The tick after `last`: without drift unless `now` is late by a whole period.
-pub(crate) fn next_tick(last: Instant, period: Duration, now: Instant) -> Instant {
-    let next = last + period;
-    if next > now { next } else { now + period }
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! Node guarding as the manager does it: asks a node for its state in a fixed period, and watches the
 //! toggle bit of the answers (CiA 301, 7.2.8.3.2.1).
 
-use super::heartbeat_producer::next_tick;
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::time::{Duration, Instant, earliest};
+use crate::time::{self, Duration, Instant, earliest};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
@@ -104,7 +103,7 @@ impl NodeGuard {
             return Some(Event::ToggleError);
         }
         self.lost = false;
-        self.deadline = if self.life_time.is_zero() { None } else { Some(now + self.life_time) };
+        self.deadline = time::after(now, self.life_time);
         match self.state.replace(answer.state) {
             Some(state) if state == answer.state => None,
             Some(_) => Some(Event::StateChanged(answer.state)),
@@ -114,15 +113,16 @@ impl NodeGuard {
 
     /// The next request is due, or the node is lost.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
-        if let Some(next) = self.next.filter(|&next| next <= now) {
+        if time::tick(&mut self.next, self.guard_time, now) {
             self.ask = true;
-            self.next = Some(next_tick(next, self.guard_time, now));
             // A node that never answers is lost too.
-            if !self.lost && self.deadline.is_none() && !self.life_time.is_zero() {
-                self.deadline = Some(now + self.life_time);
+            if !self.lost && self.deadline.is_none() {
+                self.deadline = time::after(now, self.life_time);
             }
         }
-        self.deadline.take_if(|deadline| *deadline <= now)?;
+        if !time::expire(&mut self.deadline, now) {
+            return None;
+        }
         self.lost = true;
         self.state = None;
         Some(Event::Lost)

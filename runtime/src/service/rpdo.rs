@@ -5,7 +5,7 @@ use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary, number};
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// The communication parameter of an RPDO.
@@ -170,7 +170,7 @@ impl<const N: usize> Rpdo<N> {
         };
         self.length_error = (got > expected).then_some(LengthError::TooLong);
         self.timed_out = false;
-        self.due = if self.parameters.deadline.is_zero() { None } else { Some(now + self.parameters.deadline) };
+        self.due = time::after(now, self.parameters.deadline);
         if self.parameters.transmission.is_synchronous() {
             self.waiting = Some(number(data).to_le_bytes());
             return Some(Event::Waiting);
@@ -209,7 +209,9 @@ impl<const N: usize> Rpdo<N> {
 
     /// The deadline has passed.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
-        self.due.take_if(|due| *due <= now)?;
+        if !time::expire(&mut self.due, now) {
+            return None;
+        }
         self.timed_out = true;
         Some(Event::TimedOut)
     }

@@ -2,7 +2,7 @@
 
 use crate::frame::Frame;
 use crate::id::CobId;
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::sync::Sync;
 
 /// A SYNC came.
@@ -74,12 +74,12 @@ impl SyncConsumer {
 
     /// A SYNC was received, or sent by the device itself.
     pub fn open_window(&mut self, now: Instant) {
-        self.window_end = if self.window.is_zero() { None } else { Some(now + self.window) };
+        self.window_end = time::after(now, self.window);
     }
 
     /// Whether the window has closed just now: what was not sent yet must not be sent any more.
     pub fn handle_timeout(&mut self, now: Instant) -> bool {
-        self.window_end.take_if(|end| *end <= now).is_some()
+        time::expire(&mut self.window_end, now)
     }
 
     /// When the window closes.

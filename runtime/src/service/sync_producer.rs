@@ -1,9 +1,8 @@
 //! Sending SYNC (CiA 301, 7.2.5; 1005h bit 30, 1006h, 1019h).
 
-use super::heartbeat_producer::next_tick;
 use crate::frame::Frame;
 use crate::id::CobId;
-use crate::time::{Duration, Instant};
+use crate::time::{self, Duration, Instant};
 use crate::wire::sync::Sync;
 
 /// Sends SYNC in a fixed period, with a counter if 1019h asks for it.
@@ -49,17 +48,14 @@ impl SyncProducer {
 
     /// Begins anew after it was suspended: the first SYNC comes a period from now, and the counter with 1.
     pub fn resume(&mut self, now: Instant) {
-        if self.next.is_none() && !self.period.is_zero() {
-            self.next = Some(now + self.period);
+        if self.next.is_none() {
+            self.next = time::after(now, self.period);
         }
     }
 
     /// A SYNC is due when its time has come; this is never an event.
     pub fn handle_timeout(&mut self, now: Instant) {
-        if let Some(next) = self.next.filter(|&next| next <= now) {
-            self.due = true;
-            self.next = Some(next_tick(next, self.period, now));
-        }
+        self.due |= time::tick(&mut self.next, self.period, now);
     }
 
     /// The SYNC, when one is due.

@@ -12,7 +12,7 @@ use super::mapping::Mapping;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
-use crate::time::{Duration, Instant, sooner};
+use crate::time::{self, Duration, Instant, sooner};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// The communication parameter of a TPDO.
@@ -278,8 +278,8 @@ impl<const N: usize> Tpdo<N> {
 
     /// The event timer or the inhibit time has passed.
     pub fn handle_timeout(&mut self, now: Instant) {
-        self.inhibited.take_if(|end| *end <= now);
-        if self.event.take_if(|event| *event <= now).is_some() {
+        time::expire(&mut self.inhibited, now);
+        if time::expire(&mut self.event, now) {
             self.is_pending = true;
             self.start_event_timer(now);
         }
@@ -287,9 +287,8 @@ impl<const N: usize> Tpdo<N> {
 
     fn start_event_timer(&mut self, now: Instant) {
         let runs = self.parameters.transmission.is_event_driven()
-            && self.triggers.timer
-            && !self.parameters.event_timer.is_zero();
-        self.event = if runs { Some(now + self.parameters.event_timer) } else { None };
+            && self.triggers.timer;
+        self.event = if runs { time::after(now, self.parameters.event_timer) } else { None };
     }
 
     /// Whether `poll_transmit` has something to send.
@@ -313,8 +312,8 @@ impl<const N: usize> Tpdo<N> {
         self.sent = Some(data);
         if self.parameters.transmission.is_event_driven() {
             self.start_event_timer(now);
-            if self.triggers.inhibit && !self.parameters.inhibit.is_zero() {
-                self.inhibited = Some(now + self.parameters.inhibit);
+            if self.triggers.inhibit {
+                self.inhibited = time::after(now, self.parameters.inhibit);
             }
         }
         Frame::of_buffer(self.parameters.cob_id.id(), data, self.mapping.bytes())
