@@ -17,21 +17,19 @@
 //! are read as they are pulled.
 
 mod block;
-mod entry;
-mod segmented;
+mod transfer;
 
-use self::block::{BlockDownload, BlockUpload};
-use self::entry::{Sink, Source, Stage};
-use self::segmented::{Download, Upload};
+use self::block::BlockUpload;
+use self::transfer::{Transfer, write_expedited};
 use crate::abort::AbortCode;
 use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
 use crate::service::choice::{Choice, With};
-use crate::service::sdo_block;
+use crate::service::sdo_block::{self, Receiver};
 use crate::time::{Duration, Instant};
-use crate::wire::sdo::{Abort, ClientRequest, Content, Raw, ServerResponse};
+use crate::wire::sdo::{Abort, ClientRequest, Content, Raw, Segment, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel of a device, the side that serves.
@@ -47,8 +45,8 @@ pub struct SdoServer<B: Choice = With> {
     padded_writes: bool,
     block_size: u8,
     state: State<B>,
-    /// What was written so far, of an entry that is not longer.
-    stage: Stage,
+    /// Of no meaning in `Idle`.
+    transfer: Transfer,
     /// The answer to the last request, until it is pulled.
     reply: Option<Raw>,
     /// When the client has waited too long; of no meaning in `Idle`.
@@ -109,12 +107,12 @@ pub enum Side {
 #[derive(Clone, Copy, Debug)]
 enum State<B: Choice> {
     Idle,
-    Upload(Upload),
-    Download(Download),
+    Upload,
+    Download,
     BlockUpload(B::Part<BlockUpload>),
-    BlockDownload(B::Part<BlockDownload>),
+    BlockDownload(B::Part<Receiver>),
     /// The dictionary failed while segments were sent; the abort is still to be reported.
-    Failed(Abort),
+    Failed(AbortCode),
 }
 
 /// What a request did to a transfer.
@@ -161,7 +159,7 @@ impl<B: Choice> SdoServer<B> {
             padded_writes: false,
             block_size: BlockSegment::MAX_SEQUENCE,
             state: State::Idle,
-            stage: Stage::EMPTY,
+            transfer: Transfer::none(),
             reply: None,
             deadline: Instant::ZERO,
         }
@@ -251,18 +249,23 @@ impl<B: Choice> SdoServer<B> {
         if !self.is_busy() || now < self.deadline {
             return None;
         }
-        if let State::Failed(Abort { address, code }) = self.state {
-            self.state = State::Idle;
-            return Some(aborted(address, code, Side::Server));
+        let address = self.transfer.address();
+        match &mut self.state {
+            State::Failed(code) => {
+                let code = *code;
+                self.state = State::Idle;
+                return Some(aborted(address, code, Side::Server));
+            }
+            State::BlockDownload(receiver) => {
+                if let Some(confirmation) = receiver.confirm_after_silence() {
+                    self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
+                    self.await_client(now);
+                    return None;
+                }
+            }
+            _ => {}
         }
-        if let State::BlockDownload(download) = &mut self.state
-            && let Some(confirmation) = download.confirm_after_silence()
-        {
-            self.await_client(now);
-            self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
-            return None;
-        }
-        Some(self.abort(self.address(), AbortCode::TIMED_OUT))
+        Some(self.abort(address, AbortCode::TIMED_OUT))
     }
 
     /// The next frame to be sent. An error of the dictionary in the midst of a block is sent at once, and
@@ -281,7 +284,6 @@ impl<B: Choice> SdoServer<B> {
 
     fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let event = match self.handle_segment(raw, od) {
-            Some(Ok(Progress::Continues)) => None,
             Some(outcome) => self.conclude(self.address(), outcome),
             None => self.handle_command(raw, od),
         };
@@ -298,34 +300,58 @@ impl<B: Choice> SdoServer<B> {
         raw: Raw,
         od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Option<Result<Progress, AbortCode>> {
-        let (progress, answer) = match &mut self.state {
-            State::Upload(upload) => match upload.segment(raw.upload_segment()?, od) {
-                Ok(segment) if segment.last => (Progress::Read, ServerResponse::UploadSegment(segment).to_raw()),
-                Ok(segment) => (Progress::Continues, ServerResponse::UploadSegment(segment).to_raw()),
-                Err(code) => return Some(Err(code)),
-            },
-            State::Download(download) => {
-                let segment = raw.segment()?;
-                if let Err(code) = download.take(&segment, &mut self.stage, od) {
-                    return Some(Err(code));
-                }
-                let progress = if segment.last { Progress::Written } else { Progress::Continues };
-                (progress, ServerResponse::DownloadSegment { toggle: segment.toggle }.to_raw())
+        match &mut self.state {
+            State::Upload => Some(self.upload_segment(raw.upload_segment()?, od)),
+            State::Download => Some(self.download_segment(&raw.segment()?, od)),
+            State::BlockDownload(receiver) => {
+                let segment = receiver.parse(raw)?;
+                Some(self.block_segment(&segment, od))
             }
-            State::BlockDownload(download) => {
-                let segment = download.parse(raw)?;
-                match download.take(&segment, &mut self.stage, od) {
-                    Ok(Some(confirmation)) => {
-                        (Progress::Continues, ServerResponse::ConfirmBlockDownload(confirmation).to_raw())
-                    }
-                    Ok(None) => return Some(Ok(Progress::Continues)),
-                    Err(code) => return Some(Err(code)),
-                }
-            }
-            _ => return None,
-        };
-        self.reply = Some(answer);
-        Some(Ok(progress))
+            _ => None,
+        }
+    }
+
+    #[inline]
+    fn upload_segment(
+        &mut self,
+        toggle: bool,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<Progress, AbortCode> {
+        self.transfer.turn(toggle)?;
+        let piece = self.transfer.read_next(od)?;
+        self.answer(ServerResponse::UploadSegment(Segment::of_buffer(toggle, piece.bytes, piece.len, piece.last)));
+        Ok(if piece.last { Progress::Read } else { Progress::Continues })
+    }
+
+    #[inline]
+    fn download_segment(
+        &mut self,
+        segment: &Segment,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<Progress, AbortCode> {
+        self.transfer.turn(segment.toggle)?;
+        self.transfer.write(segment.data(), segment.last, od)?;
+        self.answer(ServerResponse::DownloadSegment { toggle: segment.toggle });
+        Ok(if segment.last { Progress::Written } else { Progress::Continues })
+    }
+
+    /// A segment of a block download. The last one is written when the client has said how many of its bytes count.
+    #[inline]
+    fn block_segment(
+        &mut self,
+        segment: &BlockSegment,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<Progress, AbortCode> {
+        let State::BlockDownload(receiver) = &mut self.state else { return Ok(Progress::Continues) };
+        let received = receiver.take(segment)?;
+        if received.is_next {
+            self.transfer.write(segment.data(), false, od)?;
+        }
+        if received.ends_block {
+            let confirmation = receiver.confirm();
+            self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
+        }
+        Ok(Progress::Continues)
     }
 
     fn handle_command(&mut self, raw: Raw, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
@@ -350,8 +376,10 @@ impl<B: Choice> SdoServer<B> {
             (Some(ClientRequest::EndBlockUpload), State::BlockUpload(upload)) if upload.is_ending() => {
                 Ok(Progress::Read)
             }
-            (Some(ClientRequest::EndBlockDownload(block_end)), State::BlockDownload(download)) => {
-                let outcome = download.finish(block_end, &mut self.stage, od);
+            (Some(ClientRequest::EndBlockDownload(block_end)), State::BlockDownload(receiver)) => {
+                let outcome = receiver.finish(block_end).and_then(|(segment, len)| {
+                    self.transfer.write(segment.data().get(..len).unwrap_or(segment.data()), true, od)
+                });
                 if outcome.is_ok() {
                     self.answer(ServerResponse::EndBlockDownload);
                 }
@@ -379,58 +407,57 @@ impl<B: Choice> SdoServer<B> {
     ) -> Result<Progress, AbortCode> {
         match request {
             ClientRequest::InitiateUpload { address } => {
-                let source = Source::open(address, od)?;
-                Ok(self.upload(source, od))
+                self.transfer.open_upload(address, od)?;
+                Ok(self.upload(od))
             }
             ClientRequest::InitiateDownload { address, content: Content::Expedited(data) } => {
-                entry::write_expedited(address, data, self.padded_writes, od)?;
+                write_expedited(address, data, self.padded_writes, od)?;
                 self.answer(ServerResponse::InitiateDownload { address });
                 Ok(Progress::Written)
             }
             ClientRequest::InitiateDownload { address, content: Content::Segmented { size } } => {
-                let download = Download::new(Sink::open(address, size, od)?);
-                Ok(self.begin(State::Download(download), ServerResponse::InitiateDownload { address }.to_raw()))
+                self.transfer.open_download(address, size, od)?;
+                self.state = State::Download;
+                self.answer(ServerResponse::InitiateDownload { address });
+                Ok(Progress::Continues)
             }
             ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
-                let source = Source::open(address, od)?;
-                let size = source.size(od);
+                self.transfer.open_upload(address, od)?;
+                let size = self.transfer.size(od);
                 if switch_threshold > 0 && size.is_some_and(|size| size <= u32::from(switch_threshold)) {
-                    return Ok(self.upload(source, od));
+                    return Ok(self.upload(od));
                 }
-                let upload = B::part(BlockUpload::new(source, block_size, crc)?).ok_or(AbortCode::UNKNOWN_COMMAND)?;
+                let upload = B::part(BlockUpload::new(block_size, crc)?).ok_or(AbortCode::UNKNOWN_COMMAND)?;
+                self.state = State::BlockUpload(upload);
                 let size = size.filter(|_| self.sizes_indicated.longer);
-                let answer = ServerResponse::InitiateBlockUpload { address, crc: true, size };
-                Ok(self.begin(State::BlockUpload(upload), answer.to_raw()))
+                self.answer(ServerResponse::InitiateBlockUpload { address, crc: true, size });
+                Ok(Progress::Continues)
             }
             ClientRequest::InitiateBlockDownload { address, crc, size } => {
                 let block_size = self.block_size;
-                let download = BlockDownload::new(Sink::open(address, size, od)?, block_size, crc, size);
-                let download = B::part(download).ok_or(AbortCode::UNKNOWN_COMMAND)?;
-                let answer = ServerResponse::InitiateBlockDownload { address, crc: true, block_size };
-                Ok(self.begin(State::BlockDownload(download), answer.to_raw()))
+                self.transfer.open_download(address, size, od)?;
+                let receiver = B::part(Receiver::new(block_size, crc, size)).ok_or(AbortCode::UNKNOWN_COMMAND)?;
+                self.state = State::BlockDownload(receiver);
+                self.answer(ServerResponse::InitiateBlockDownload { address, crc: true, block_size });
+                Ok(Progress::Continues)
             }
             _ => Err(AbortCode::UNKNOWN_COMMAND),
         }
     }
 
-    fn begin(&mut self, state: State<B>, answer: Raw) -> Progress {
-        self.state = state;
-        self.reply = Some(answer);
-        Progress::Continues
-    }
-
     /// Answers a read without blocks: with the data, if it fits into one frame, and else with segments.
-    fn upload(&mut self, source: Source, od: &mut (impl ObjectDictionary + ?Sized)) -> Progress {
-        let address = source.address();
-        if let Some(data) = source.expedited() {
+    fn upload(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) -> Progress {
+        let address = self.transfer.address();
+        if let Some(data) = self.transfer.expedited() {
             let indicated = data.len().is_some_and(|len| self.sizes_indicated.expedited(len));
             let data = if indicated { data } else { data.without_len() };
             self.answer(ServerResponse::InitiateUpload { address, content: Content::Expedited(data) });
             return Progress::Read;
         }
-        let size = if self.sizes_indicated.longer { source.size(od) } else { None };
-        let answer = ServerResponse::InitiateUpload { address, content: Content::Segmented { size } };
-        self.begin(State::Upload(Upload::new(source)), answer.to_raw())
+        let size = if self.sizes_indicated.longer { self.transfer.size(od) } else { None };
+        self.state = State::Upload;
+        self.answer(ServerResponse::InitiateUpload { address, content: Content::Segmented { size } });
+        Progress::Continues
     }
 
     /// Ends the transfer, if that is the outcome.
@@ -448,16 +475,18 @@ impl<B: Choice> SdoServer<B> {
     /// The next segment of a block upload.
     fn next_segment(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Raw> {
         let State::BlockUpload(upload) = &mut self.state else { return None };
-        match upload.segment(od)? {
+        if !upload.is_due() {
+            return None;
+        }
+        match upload.segment(&self.transfer, od) {
             Ok(segment) => {
                 self.await_client(now);
                 Some(segment.to_raw())
             }
             Err(code) => {
-                let abort = Abort { address: upload.address(), code };
-                self.state = State::Failed(abort);
+                self.state = State::Failed(code);
                 self.deadline = now;
-                Some(ServerResponse::Abort(abort).to_raw())
+                Some(ServerResponse::Abort(Abort { address: self.transfer.address(), code }).to_raw())
             }
         }
     }
@@ -465,6 +494,7 @@ impl<B: Choice> SdoServer<B> {
     #[inline]
     fn await_client(&mut self, now: Instant) {
         let patience = match self.state {
+            State::Idle => return,
             State::BlockDownload(..) => sdo_block::silence(self.timeout),
             _ => self.timeout,
         };
@@ -486,14 +516,7 @@ impl<B: Choice> SdoServer<B> {
 
     /// The entry that is transferred; `0000:00` when there is none.
     fn address(&self) -> Address {
-        match &self.state {
-            State::Idle => Address::new(0, 0),
-            State::Upload(upload) => upload.address(),
-            State::Download(download) => download.address(),
-            State::BlockUpload(upload) => upload.address(),
-            State::BlockDownload(download) => download.address(),
-            State::Failed(abort) => abort.address,
-        }
+        if self.is_busy() { self.transfer.address() } else { Address::new(0, 0) }
     }
 }
 
