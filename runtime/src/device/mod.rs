@@ -177,7 +177,7 @@ impl<
         // A whole new device would be on the stack for a moment.
         let behaviour = self.services.get().behaviour;
         self.filter = Filter::NOTHING;
-        self.servers = [const { None }; SERVERS];
+        self.servers.iter_mut().for_each(|server| *server = None);
         *self.services.get_mut() = Services::new(node, behaviour);
         objects::write(od, cia301::ERROR_REGISTER, 0, 0);
         let services = self.services.get_mut();

@@ -24,6 +24,7 @@ use crate::service::tpdo::{self, Tpdo, Triggers};
 use crate::time::{Instant, earliest, expire};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::nmt::NmtState;
+use crate::wire::pdo::{PdoCobId, TransmissionType};
 use crate::wire::sync::Sync;
 use crate::wire::time;
 
@@ -120,6 +121,10 @@ impl<T, const PLACES: usize> DerefMut for Slots<T, PLACES> {
     }
 }
 
+/// What a free place has. No PDO can have this identifier, and there is none without objects.
+const NO_ID: PdoCobId = PdoCobId::valid(CobId::NMT);
+const NO_TYPE: TransmissionType = TransmissionType::SynchronousAcyclic;
+
 /// An RPDO and its number; number 0 is free.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RpdoSlot<const MAPPED: usize> {
@@ -137,7 +142,11 @@ pub(super) struct TpdoSlot<const MAPPED: usize> {
 }
 
 impl<const MAPPED: usize> RpdoSlot<MAPPED> {
-    const FREE: Self = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY), touched: 0 };
+    // All of its bytes are zero, so that places are cleared, and not copied from flash (tests/size).
+    const FREE: Self = {
+        let parameters = rpdo::Parameters { cob_id: NO_ID, transmission: NO_TYPE, ..rpdo::Parameters::OFF };
+        RpdoSlot { number: 0, pdo: Rpdo::new(parameters, Mapping::EMPTY), touched: 0 }
+    };
 
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::rpdo(self.number)
@@ -145,7 +154,11 @@ impl<const MAPPED: usize> RpdoSlot<MAPPED> {
 }
 
 impl<const MAPPED: usize> TpdoSlot<MAPPED> {
-    const FREE: Self = TpdoSlot { number: 0, pdo: Tpdo::new(tpdo::Parameters::OFF, Mapping::EMPTY, Triggers::NONE) };
+    // As with RPDOs.
+    const FREE: Self = {
+        let parameters = tpdo::Parameters { cob_id: NO_ID, transmission: NO_TYPE, ..tpdo::Parameters::OFF };
+        TpdoSlot { number: 0, pdo: Tpdo::new(parameters, Mapping::EMPTY, Triggers::NONE) }
+    };
 
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::tpdo(self.number)

@@ -52,7 +52,7 @@ pub enum Event {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LengthError {
     /// Too short: not processed (EMCY 8210h).
-    TooShort,
+    TooShort = 1,
     /// Too long: the first bytes were processed (EMCY 8220h).
     TooLong,
 }
@@ -64,8 +64,9 @@ pub struct Rpdo<const N: usize = 64> {
     mapping: Mapping<N>,
     /// A synchronous PDO that waits for SYNC.
     waiting: Option<[u8; 8]>,
-    /// What the last SYNC did.
-    applied: Option<Event>,
+    /// Whether the last SYNC did something, and what the dictionary refused then.
+    is_applied: bool,
+    refused: Option<(Address, AbortCode)>,
     length_error: Option<LengthError>,
     due: Option<Instant>,
     timed_out: bool,
@@ -81,7 +82,8 @@ impl<const N: usize> Rpdo<N> {
             parameters,
             mapping,
             waiting: None,
-            applied: None,
+            is_applied: false,
+            refused: None,
             length_error: None,
             due: None,
             timed_out: false,
@@ -128,8 +130,8 @@ impl<const N: usize> Rpdo<N> {
     /// The result of the last SYNC: [`Event::Received`] or [`Event::Refused`]; `None` if no PDO
     /// waited for it.
     #[must_use]
-    pub const fn applied(&self) -> Option<Event> {
-        self.applied
+    pub fn applied(&self) -> Option<Event> {
+        self.is_applied.then(|| event(self.refused))
     }
 
     /// The parameters of a PDO changed, which was `before`. What was received under the same identifier and mapping
@@ -138,7 +140,7 @@ impl<const N: usize> Rpdo<N> {
         let same = self.parameters.cob_id == before.parameters.cob_id && self.mapping == before.mapping;
         if same && before.is_active() {
             self.waiting = before.waiting.filter(|_| self.parameters.transmission.is_synchronous());
-            self.applied = before.applied;
+            (self.is_applied, self.refused) = (before.is_applied, before.refused);
             self.syncs = before.syncs;
             self.length_error = before.length_error;
         }
@@ -147,7 +149,7 @@ impl<const N: usize> Rpdo<N> {
     /// The device left OPERATIONAL: what waits is forgotten, and the deadline starts with the next PDO.
     pub const fn suspend(&mut self) {
         self.waiting = None;
-        self.applied = None;
+        self.is_applied = false;
         self.due = None;
         self.timed_out = false;
         self.syncs = 0;
@@ -175,16 +177,16 @@ impl<const N: usize> Rpdo<N> {
             self.waiting = Some(number(data).to_le_bytes());
             return Some(Event::Waiting);
         }
-        Some(self.apply(data, od))
+        Some(event(self.mapping.unpack(data, od).err()))
     }
 
     /// SYNC came: what waited takes effect.
     #[inline]
     pub fn handle_sync(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
-        self.applied = None;
-        if let Some(data) = self.waiting {
-            self.waiting = None;
-            self.applied = Some(self.apply(&data, od));
+        let waiting = self.waiting.take();
+        self.is_applied = waiting.is_some();
+        if let Some(data) = waiting {
+            self.refused = self.mapping.unpack(&data, od).err();
         }
     }
 
@@ -192,18 +194,11 @@ impl<const N: usize> Rpdo<N> {
     pub fn handle_nth_sync(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.syncs += 1;
         match self.parameters.transmission {
-            TransmissionType::SynchronousCyclic(n) if self.syncs < n => self.applied = None,
+            TransmissionType::SynchronousCyclic(n) if self.syncs < n => self.is_applied = false,
             _ => {
                 self.syncs = 0;
                 self.handle_sync(od);
             }
-        }
-    }
-
-    fn apply(&self, data: &[u8], od: &mut (impl ObjectDictionary + ?Sized)) -> Event {
-        match self.mapping.unpack(data, od) {
-            Ok(()) => Event::Received,
-            Err((address, reason)) => Event::Refused { address, reason },
         }
     }
 
@@ -221,6 +216,11 @@ impl<const N: usize> Rpdo<N> {
     pub const fn poll_timeout(&self) -> Option<Instant> {
         self.due
     }
+}
+
+/// What became of a PDO, of whose objects the dictionary refused this one.
+fn event(refused: Option<(Address, AbortCode)>) -> Event {
+    refused.map_or(Event::Received, |(address, reason)| Event::Refused { address, reason })
 }
 
 #[cfg(test)]

@@ -286,8 +286,7 @@ impl<const N: usize> Tpdo<N> {
     }
 
     fn start_event_timer(&mut self, now: Instant) {
-        let runs = self.parameters.transmission.is_event_driven()
-            && self.triggers.timer;
+        let runs = self.parameters.transmission.is_event_driven() && self.triggers.timer;
         self.event = if runs { time::after(now, self.parameters.event_timer) } else { None };
     }
 
