@@ -1,12 +1,10 @@
 //! The dictionary as SDO clients see it: writes to communication objects are checked before they take
 //! effect, with the rules of CiA 301, 7.5.2, that no limit of a data sheet can express.
 
-use core::marker::PhantomData;
-
-use super::behaviour::{Behaves as _, Behaviour, ChangeRule, ErrorControlRule};
+use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
 use super::selection::Selection;
-use super::services::{RpdoSlot, Services, TpdoSlot};
+use super::services::Services;
 use crate::abort::AbortCode;
 use crate::cia301;
 use crate::id::{CobId, NodeId};
@@ -19,18 +17,19 @@ use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// A dictionary that is lent on to an SDO server.
-pub(super) struct Checked<'a, O: ?Sized, const MAPPED: usize, S: Selection> {
+pub(super) struct Checked<
+    'a,
+    O: ?Sized,
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> {
     pub(super) od: &'a mut O,
-    node: NodeId,
-    state: NmtState,
-    behaviour: &'a S::Behaviour,
-    pub(super) rpdos: &'a [RpdoSlot<MAPPED>],
-    pub(super) tpdos: &'a [TpdoSlot<MAPPED>],
-    /// How many heartbeats the device has room to consume.
-    monitored: usize,
+    pub(super) services: &'a Services<RPDOS, TPDOS, MONITORED, MAPPED, S>,
     /// How many servers the device has room for, the default one among them.
     pub(super) server_room: usize,
-    selection: PhantomData<S>,
 }
 
 impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
@@ -41,22 +40,20 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         &'a self,
         od: &'a mut O,
         server_room: usize,
-    ) -> Checked<'a, O, MAPPED, S> {
-        Checked {
-            od,
-            node: self.nmt.node(),
-            state: self.nmt.state(),
-            behaviour: &self.behaviour,
-            rpdos: &self.rpdos,
-            tpdos: &self.tpdos,
-            monitored: MONITORED,
-            server_room,
-            selection: PhantomData,
-        }
+    ) -> Checked<'a, O, RPDOS, TPDOS, MONITORED, MAPPED, S> {
+        Checked { od, services: self, server_room }
     }
 }
 
-impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, O, MAPPED, S> {
+impl<
+    O: ObjectDictionary + ?Sized,
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> ObjectDictionary for Checked<'_, O, RPDOS, TPDOS, MONITORED, MAPPED, S>
+{
     fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         self.od.entry(address)
     }
@@ -79,7 +76,7 @@ impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> ObjectDict
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let index = entry.address.index();
         let rule = self.behaviour().writable_in.iter().find(|rule| rule.address == entry.address);
-        require(rule.is_none_or(|rule| rule.allows(self.state)), AbortCode::DEVICE_STATE)?;
+        require(rule.is_none_or(|rule| rule.allows(self.services.nmt.state())), AbortCode::DEVICE_STATE)?;
         let is_communication = cia301::COMMUNICATION.contains(&index);
         // A wrong length is refused by the dictionary.
         if is_communication && entry.data_type.size() == Some(data.len()) && !self.changes_nothing(entry, data) {
@@ -94,7 +91,16 @@ impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> ObjectDict
     }
 }
 
-impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checked<'a, O, MAPPED, S> {
+impl<
+    'a,
+    O: ObjectDictionary + ?Sized,
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Checked<'a, O, RPDOS, TPDOS, MONITORED, MAPPED, S>
+{
     /// Whether a parameter has the value already, as with a client that writes back what it has read: CiA 301 (7.5.2) forbids
     /// to change some, not to write them. A mapping is written step by step, and no step is left out; 1003h:00 shows a number
     /// and takes an order (7.5.2.2).
@@ -152,7 +158,7 @@ impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checke
     }
 
     pub(super) fn behaviour(&self) -> &'a Behaviour {
-        self.behaviour.behaviour()
+        self.services.behaviour()
     }
 
     /// What is in the dictionary now; 0 for what is not there.
@@ -219,7 +225,7 @@ impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checke
     }
 
     fn require_pre_operational(&self) -> Result<(), AbortCode> {
-        require(self.state == NmtState::PreOperational, AbortCode::DEVICE_STATE)
+        require(self.services.nmt.state() == NmtState::PreOperational, AbortCode::DEVICE_STATE)
     }
 
     fn check_guarding(&mut self, index: u16, new: u32) -> Result<(), AbortCode> {
@@ -242,7 +248,7 @@ impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checke
     /// CiA 301, 7.5.2.19: a node is consumed once only.
     fn check_consumed_heartbeat(&mut self, sub: u8, new: u32) -> Result<(), AbortCode> {
         let Some((node, _)) = consumed_heartbeat(new) else { return Ok(()) };
-        require(usize::from(sub) <= self.monitored, AbortCode::DEVICE_INCOMPATIBLE)?;
+        require(usize::from(sub) <= MONITORED, AbortCode::DEVICE_INCOMPATIBLE)?;
         let others = self.current(cia301::CONSUMER_HEARTBEAT_TIME, 0) as u8;
         for other in (1..=others).filter(|&other| other != sub) {
             let twice = consumed_heartbeat(self.current(cia301::CONSUMER_HEARTBEAT_TIME, other))
@@ -260,7 +266,7 @@ impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checke
 
     /// CiA 301, 7.5.2.33: the identifiers of the default server are what they are.
     pub(super) fn check_default_sdo(&self, sub: u8, new: u32) -> Result<(), AbortCode> {
-        let (request, response) = default_channel(self.node);
+        let (request, response) = default_channel(self.services.nmt.node());
         let id = if sub == 1 { request } else { response };
         require(new == id.to_parameter(), AbortCode::INVALID_VALUE)
     }
@@ -312,8 +318,8 @@ impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checke
 
     /// Whether the device has room for the PDO.
     pub(super) fn is_served(&self, index: u16) -> bool {
-        self.rpdos.iter().any(|slot| slot.parameter_index() == index)
-            || self.tpdos.iter().any(|slot| slot.parameter_index() == index)
+        self.services.rpdos.iter().any(|slot| slot.parameter_index() == index)
+            || self.services.tpdos.iter().any(|slot| slot.parameter_index() == index)
     }
 
     /// Two services of one device do not share an identifier. `owner` is the parameter that is written; `new` is
@@ -327,8 +333,8 @@ impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checke
     /// Whether a service of the device has the identifier. The service that has the parameter `owner` does not count.
     pub(super) fn is_taken(&mut self, id: CobId, owner: Address) -> bool {
         let is_other = |index, cob_id: PdoCobId| index != owner.index() && cob_id.is_valid() && cob_id.id() == id;
-        self.rpdos.iter().any(|slot| is_other(slot.parameter_index(), slot.pdo.parameters().cob_id))
-            || self.tpdos.iter().any(|slot| is_other(slot.parameter_index(), slot.pdo.parameters().cob_id))
+        self.services.rpdos.iter().any(|slot| is_other(slot.parameter_index(), slot.pdo.parameters().cob_id))
+            || self.services.tpdos.iter().any(|slot| is_other(slot.parameter_index(), slot.pdo.parameters().cob_id))
             || identifiers::is_taken(id, owner, self.od)
     }
 

@@ -37,12 +37,28 @@ impl<
 }
 
 /// The defaults that cannot be served, ascending by address.
-struct Defaults<'a, O: ?Sized, const MAPPED: usize, S: Selection> {
-    checked: Checked<'a, O, MAPPED, S>,
+struct Defaults<
+    'a,
+    O: ?Sized,
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> {
+    checked: Checked<'a, O, RPDOS, TPDOS, MONITORED, MAPPED, S>,
     next: Address,
 }
 
-impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Iterator for Defaults<'_, O, MAPPED, S> {
+impl<
+    O: ObjectDictionary + ?Sized,
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Iterator for Defaults<'_, O, RPDOS, TPDOS, MONITORED, MAPPED, S>
+{
     type Item = Misconfigured;
 
     fn next(&mut self) -> Option<Misconfigured> {
@@ -68,7 +84,15 @@ impl fmt::Display for Misconfigured {
     }
 }
 
-impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checked<'_, O, MAPPED, S> {
+impl<
+    O: ObjectDictionary + ?Sized,
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Checked<'_, O, RPDOS, TPDOS, MONITORED, MAPPED, S>
+{
     /// Whether the device can serve what a parameter holds. What is not in the dictionary asks for nothing.
     fn check_default(&mut self, address: Address) -> Result<(), AbortCode> {
         let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };

@@ -110,7 +110,8 @@ impl<
         if !self.nmt_state().allows_messages() {
             return None;
         }
-        let frame = self.servers.iter_mut().flatten().find_map(|server| server.poll_transmit(now, od));
+        let mut checked = self.services.get().checked(od, SERVERS);
+        let frame = self.servers.iter_mut().flatten().find_map(|server| server.poll_transmit(now, &mut checked));
         if self.servers_changed && !self.servers.iter().flatten().any(SdoServer::has_answer) {
             self.load_servers(od);
             self.listen();
