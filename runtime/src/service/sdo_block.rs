@@ -231,7 +231,7 @@ impl Receiver {
         if sequence > self.block_size {
             return Err(AbortCode::INVALID_SEQUENCE_NUMBER);
         }
-        let is_at_end = segment.last || sequence == self.block_size;
+        let is_at_end = segment.is_last() || sequence == self.block_size;
         if sequence != self.next {
             // The segment that was confirmed last may be repeated: that is not the end of the next block.
             let is_repeated = sequence < self.next || (!self.is_heard && sequence == self.confirmed);
@@ -247,7 +247,7 @@ impl Receiver {
         self.is_silent = false;
         self.fruitless = 0;
         self.next += 1;
-        if segment.last {
+        if segment.is_last() {
             self.last = Some(*segment);
             return Ok(Received { is_next: false, ends_block: true });
         }

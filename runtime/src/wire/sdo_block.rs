@@ -9,12 +9,8 @@ use super::sdo::Raw;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockSegment {
-    /// The position in its block, 1 to 127.
-    sequence: u8,
-    /// Whether no segment follows in the whole transfer.
-    pub last: bool,
-    // Seven bytes, and a zero so that all eight can be handled as one number.
-    data: [u8; 8],
+    // As the frame has it: the sequence number and `LAST`, and seven bytes.
+    bytes: [u8; 8],
 }
 
 impl BlockSegment {
@@ -35,15 +31,16 @@ impl BlockSegment {
         if sequence == 0 || sequence > Self::MAX_SEQUENCE {
             return None;
         }
-        let data = u64::from_le_bytes(buffer) << 8 >> 8;
-        Some(BlockSegment { sequence, last, data: data.to_le_bytes() })
+        let command = sequence | if last { LAST } else { 0 };
+        let raw = u64::from_le_bytes(buffer) << 8 | command as u64;
+        Some(BlockSegment { bytes: raw.to_le_bytes() })
     }
 
     /// The data.
     #[inline]
     #[must_use]
     pub const fn data(&self) -> &[u8; 7] {
-        let [data @ .., _] = &self.data;
+        let [_, data @ ..] = &self.bytes;
         data
     }
 
@@ -51,7 +48,14 @@ impl BlockSegment {
     #[inline]
     #[must_use]
     pub const fn sequence(&self) -> u8 {
-        self.sequence
+        self.bytes[0] & !LAST
+    }
+
+    /// Whether no segment follows in the whole transfer.
+    #[inline]
+    #[must_use]
+    pub const fn is_last(&self) -> bool {
+        self.bytes[0] & LAST != 0
     }
 
     /// `None` if there are not eight bytes, or the sequence number is 0.
@@ -62,22 +66,20 @@ impl BlockSegment {
     }
 
     #[inline]
-    pub(crate) const fn from_raw(Raw(raw): Raw) -> Option<Self> {
-        let command = raw as u8;
-        BlockSegment::of_buffer(command & 0x7F, (raw >> 8).to_le_bytes(), command & LAST != 0)
+    pub(crate) fn from_raw(raw: Raw) -> Option<Self> {
+        Some(BlockSegment { bytes: raw.to_bytes() }).filter(|segment| segment.sequence() > 0)
     }
 
     /// The eight bytes of the frame.
     #[inline]
     #[must_use]
-    pub fn to_bytes(&self) -> [u8; 8] {
-        self.to_raw().to_bytes()
+    pub const fn to_bytes(&self) -> [u8; 8] {
+        self.bytes
     }
 
     #[inline]
     pub(crate) fn to_raw(self) -> Raw {
-        let command = self.sequence | if self.last { LAST } else { 0 };
-        Raw(u64::from_le_bytes(self.data) << 8 | u64::from(command))
+        Raw(u64::from_le_bytes(self.bytes))
     }
 }
 

@@ -266,10 +266,10 @@ impl Channel {
 
     fn block_segment(&mut self, side: Side, segment: &BlockSegment) -> Text {
         if let Some(transfer) = &mut self.transfer {
-            transfer.take(segment.data(), segment.last);
+            transfer.take(segment.data(), segment.is_last());
         }
-        let last = if segment.last { ", the last" } else { "" };
-        let (sequence, is_last) = (Some(segment.sequence()), Some(segment.last));
+        let last = if segment.is_last() { ", the last" } else { "" };
+        let (sequence, is_last) = (Some(segment.sequence()), Some(segment.is_last()));
         let sdo = Sdo { sequence, last: is_last, ..self.sdo(side, Step::BlockSegment, None) };
         (format!("block segment {}{last}", segment.sequence()), sdo)
     }
