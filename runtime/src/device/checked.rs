@@ -120,21 +120,16 @@ impl<
     #[inline(never)]
     pub(super) fn check(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
-        require(!is_cob_id(address) || CobId::is_parameter(value), AbortCode::INVALID_VALUE)?;
         self.check_selection(index, value)?;
         match (index, sub) {
+            (cia301::SDO_SERVER_1, 1 | 2) => self.check_default_sdo(sub, value),
+            _ if is_cob_id(address) => self.check_cob_id(address, value),
             (cia301::PREDEFINED_ERROR_FIELD, 0) => require(value == 0, AbortCode::INVALID_VALUE),
-            (cia301::COB_ID_SYNC, 0) => self.check_sync_cob_id(value),
             (cia301::GUARD_TIME | cia301::LIFE_TIME_FACTOR, 0) => self.check_guarding(index, value),
-            (cia301::COB_ID_TIME, 0) => self.check_time_cob_id(value),
-            (cia301::COB_ID_EMCY, 0) => self.check_emcy_cob_id(value),
             (cia301::CONSUMER_HEARTBEAT_TIME, 1..) => self.check_consumed_heartbeat(sub, value),
             (cia301::PRODUCER_HEARTBEAT_TIME, 0) => self.check_heartbeat(value),
             (cia301::SYNCHRONOUS_COUNTER_OVERFLOW, 0) => self.check_sync_overflow(value),
-            (cia301::EMERGENCY_CONSUMER, 1..) => self.check_consumed_emcy(address, value),
             (cia301::ERROR_BEHAVIOUR, 1..) => require(value <= 2, AbortCode::INVALID_VALUE),
-            (cia301::SDO_SERVER_1, 1 | 2) => self.check_default_sdo(sub, value),
-            (cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128, 1 | 2) => self.check_sdo(address, value),
             (cia301::RPDO_1..=cia301::RPDO_512, _) => self.check_parameter(Direction::Receive, address, value),
             (cia301::TPDO_1..=cia301::TPDO_512, _) => self.check_parameter(Direction::Transmit, address, value),
             (cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512, _) => {
@@ -176,51 +171,66 @@ impl<
         }
     }
 
-    /// CiA 301, 7.5.2.5: bits 0 to 29 stay while the device produces SYNC (bit 30).
-    fn check_sync_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(cia301::COB_ID_SYNC, 0);
-        require(identifier(new).is_some(), AbortCode::INVALID_VALUE)?;
-        let can_generate = self.od.entry(Address::new(cia301::COMMUNICATION_CYCLE_PERIOD, 0)).is_ok();
-        require(new & SYNC_GENERATED == 0 || can_generate, AbortCode::INVALID_VALUE)?;
-        let generates = identifier(old).is_some() && old & SYNC_GENERATED != 0;
-        self.check_change(old, new, generates && new & SYNC_GENERATED != 0)?;
-        self.check_free(Address::new(cia301::COB_ID_SYNC, 0), old, Some(new))
-    }
-
-    /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists (bits 30 and 31).
-    fn check_time_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(cia301::COB_ID_TIME, 0);
-        let can_be = new & TIME_PRODUCED == 0 || self.behaviour().produces_time;
-        require(identifier(new).is_some() && can_be, AbortCode::INVALID_VALUE)?;
-        let existed = identifier(old).filter(|_| old & TIME_EXISTS != 0);
-        let exists = identifier(new).filter(|_| new & TIME_EXISTS != 0);
-        require(stays(existed, exists), AbortCode::INVALID_VALUE)?;
-        self.check_free(Address::new(cia301::COB_ID_TIME, 0), old, exists.and(Some(new)))
-    }
-
-    /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
-    fn check_emcy_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(cia301::COB_ID_EMCY, 0);
-        require(is_allowed(new), AbortCode::INVALID_VALUE)?;
-        self.check_change(old, new, switched(old).is_some() && switched(new).is_some())?;
-        self.check_free(Address::new(cia301::COB_ID_EMCY, 0), old, switched(new).and(Some(new)))
-    }
-
-    /// CiA 301, 7.5.2.30: bits 0 to 29 stay while the EMCY consumer exists (bit 31 clear). The device
-    /// itself does not listen to it: its application may.
-    fn check_consumed_emcy(&mut self, address: Address, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(address.index(), address.sub());
-        require(is_allowed(new) && stays(switched(old), switched(new)), AbortCode::INVALID_VALUE)
-    }
-
-    /// Whether an identifier may change; `in_use` before and after.
-    fn check_change(&self, old: u32, new: u32, in_use: bool) -> Result<(), AbortCode> {
-        match self.behaviour().changes {
-            ChangeRule::InPreOperational => self.require_pre_operational(),
-            ChangeRule::WhileInvalid => {
-                let same = CobId::from_parameter(old) == CobId::from_parameter(new);
-                require(same || !in_use, AbortCode::INVALID_VALUE)
+    /// The COB-ID of a service (CiA 301, 7.5.2.5, 15, 17, 30, 33, 35 and 37): bits 0 to 29 stay while it exists. None has an
+    /// identifier that is restricted (7.3.5), and no two services of the device have the same.
+    fn check_cob_id(&mut self, address: Address, new: u32) -> Result<(), AbortCode> {
+        let index = address.index();
+        let old = self.current(index, address.sub());
+        let id = |cob_id| identifier(cob_id).filter(|_| self.exists(index, cob_id));
+        let (before, after) = (id(old), id(new));
+        let is_right = CobId::is_parameter(new) && (identifier(new).is_some() || !self.exists(index, new));
+        // What else a value must be, whether the identifier stays if there is one before and after, and whether there is room.
+        let (is_allowed, stays, has_room) = match index {
+            cia301::COB_ID_SYNC => {
+                let can_generate = self.od.entry(Address::new(cia301::COMMUNICATION_CYCLE_PERIOD, 0)).is_ok();
+                (new & SYNC_GENERATED == 0 || can_generate, old & new & SYNC_GENERATED != 0, true)
             }
+            cia301::COB_ID_TIME => {
+                let can_be = new & TIME_PRODUCED == 0 || self.behaviour().produces_time;
+                (identifier(new).is_some() && can_be, true, true)
+            }
+            cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128 => {
+                let exists = identifiers::sdo(index, self.od).is_some();
+                (true, exists, exists || self.has_room_for_sdo(address, after))
+            }
+            cia301::RPDO_1.. => (true, true, after.is_none() || before.is_some() || self.is_served(index)),
+            _ => (true, true, true),
+        };
+        require(is_right && is_allowed, AbortCode::INVALID_VALUE)?;
+        let rule = match index {
+            cia301::COB_ID_SYNC | cia301::COB_ID_EMCY | cia301::RPDO_1.. => self.behaviour().changes,
+            _ => ChangeRule::WhileInvalid,
+        };
+        match rule {
+            ChangeRule::InPreOperational => self.require_pre_operational()?,
+            ChangeRule::WhileInvalid => {
+                let changes = before.zip(after).is_some_and(|(before, after)| before != after);
+                require(!(stays && changes), AbortCode::INVALID_VALUE)?;
+            }
+        }
+        require(has_room, AbortCode::DEVICE_INCOMPATIBLE)?;
+        // The device itself does not listen to EMCY of others: its application may. A value that is there already may be
+        // written again.
+        let is_own = index != cia301::EMERGENCY_CONSUMER && new != old;
+        let is_taken = is_own && after.is_some_and(|id| self.is_taken(id, address));
+        require(!is_taken, AbortCode::PARAMETER_INCOMPATIBLE)
+    }
+
+    /// Whether the device has room for one more SDO, if it is a server that exists with this identifier.
+    fn has_room_for_sdo(&mut self, address: Address, id: Option<CobId>) -> bool {
+        let other = objects::read_u32(self.od, address.index(), 3 - address.sub()).and_then(switched);
+        let is_server = id.and(other).is_some() && address.index() < cia301::SDO_CLIENT_1;
+        let servers = cia301::SDO_SERVER_2..cia301::SDO_CLIENT_1;
+        !is_server || identifiers::sdo_count(servers, self.od) + 1 < self.server_room
+    }
+
+    /// Whether a COB-ID parameter says that its service exists.
+    fn exists(&self, index: u16, cob_id: u32) -> bool {
+        match index {
+            cia301::COB_ID_SYNC => true,
+            cia301::COB_ID_TIME => cob_id & TIME_EXISTS != 0,
+            cia301::RPDO_1.. => self.is_valid(PdoCobId(cob_id)),
+            _ => PdoCobId(cob_id).is_valid(),
         }
     }
 
@@ -271,21 +281,6 @@ impl<
         require(new == id.to_parameter(), AbortCode::INVALID_VALUE)
     }
 
-    /// CiA 301, 7.5.2.33: the identifiers of an SDO stay while it exists.
-    fn check_sdo(&mut self, address: Address, new: u32) -> Result<(), AbortCode> {
-        let (index, sub) = (address.index(), address.sub());
-        require(is_allowed(new), AbortCode::INVALID_VALUE)?;
-        let exists = identifiers::sdo(index, self.od).is_some();
-        let (old, id) = (self.current(index, sub), switched(new));
-        require(!exists || stays(switched(old), id), AbortCode::INVALID_VALUE)?;
-        self.check_free(address, old, id.and(Some(new)))?;
-        let other = objects::read_u32(self.od, index, 3 - sub).and_then(switched);
-        let is_new_server = id.and(other).is_some() && !exists && index < cia301::SDO_CLIENT_1;
-        let has_room = !is_new_server
-            || identifiers::sdo_count(cia301::SDO_SERVER_2..cia301::SDO_CLIENT_1, self.od) + 1 < self.server_room;
-        require(has_room, AbortCode::DEVICE_INCOMPATIBLE)
-    }
-
     /// CiA 301, 7.5.2.35 and 7.5.2.37: the communication parameter of a PDO.
     fn check_parameter(&mut self, direction: Direction, address: Address, new: u32) -> Result<(), AbortCode> {
         if self.behaviour().changes == ChangeRule::InPreOperational {
@@ -294,7 +289,6 @@ impl<
         let index = address.index();
         let valid = self.is_in_use(index);
         match address.sub() {
-            1 => self.check_pdo_cob_id(index, valid, new),
             2 => require(type_exists(direction, new), AbortCode::INVALID_VALUE),
             // The SYNC counter never gets there.
             6 if new > 240 => Err(AbortCode::INVALID_VALUE),
@@ -307,27 +301,10 @@ impl<
         }
     }
 
-    fn check_pdo_cob_id(&mut self, index: u16, valid: bool, new: u32) -> Result<(), AbortCode> {
-        let will_be_valid = self.is_valid(PdoCobId(new));
-        require(!will_be_valid || identifier(new).is_some(), AbortCode::INVALID_VALUE)?;
-        let old = self.current(index, 1);
-        self.check_change(old, new, valid && will_be_valid)?;
-        require(!will_be_valid || valid || self.is_served(index), AbortCode::DEVICE_INCOMPATIBLE)?;
-        self.check_free(Address::new(index, 1), old, will_be_valid.then_some(new))
-    }
-
     /// Whether the device has room for the PDO.
     pub(super) fn is_served(&self, index: u16) -> bool {
         self.services.rpdos.iter().any(|slot| slot.parameter_index() == index)
             || self.services.tpdos.iter().any(|slot| slot.parameter_index() == index)
-    }
-
-    /// Two services of one device do not share an identifier. `owner` is the parameter that is written; `new` is
-    /// `None` if the service will not exist. The value that is there already may be written again.
-    fn check_free(&mut self, owner: Address, old: u32, new: Option<u32>) -> Result<(), AbortCode> {
-        let changed = new.filter(|&new| new != old).map(CobId::from_parameter);
-        let taken = changed.is_some_and(|id| self.is_taken(id, owner));
-        require(!taken, AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
     /// Whether a service of the device has the identifier. The service that has the parameter `owner` does not count.
@@ -397,17 +374,6 @@ pub(super) fn type_exists(direction: Direction, code: u32) -> bool {
         TransmissionType::Remote | TransmissionType::SynchronousRemote => direction == Direction::Transmit,
         _ => true,
     }
-}
-
-/// Whether a COB-ID parameter may have this value: any if bit 31 switches the service off, else one whose identifier is
-/// not restricted (CiA 301, 7.3.5).
-fn is_allowed(cob_id: u32) -> bool {
-    !PdoCobId(cob_id).is_valid() || identifier(cob_id).is_some()
-}
-
-/// Whether a service keeps its identifier for as long as it exists.
-fn stays(before: Option<CobId>, after: Option<CobId>) -> bool {
-    before.zip(after).is_none_or(|(before, after)| before == after)
 }
 
 pub(super) fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
