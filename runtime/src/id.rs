@@ -102,6 +102,7 @@ impl CobId {
     /// The identifier of a COB-ID parameter such as 1014h or 1400h:01: bit 29 is the format;
     /// bits 30 and 31 do not belong to the identifier (CiA 301, 7.5.2.14).
     #[must_use]
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn from_parameter(value: u32) -> Self {
         if value & Self::EXTENDED != 0 {
             CobId(value & (Self::EXTENDED | Self::EXTENDED_MAX))

@@ -197,8 +197,9 @@ fn tpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut (impl Ob
         sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
     };
     let triggers = behaviour.triggers(number, transmission);
-    Tpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od), triggers)
-        .with_acyclic_always(behaviour.type_0_at_every_sync)
+    let mut pdo = Tpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od), triggers);
+    pdo.set_acyclic_always(behaviour.type_0_at_every_sync);
+    pdo
 }
 
 /// The COB-ID parameter, without the bits that the device ignores; switched off if no PDO may have its identifier.

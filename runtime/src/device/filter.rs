@@ -18,6 +18,7 @@ impl Filter {
         self.0[word] & bit != 0
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn insert(&mut self, id: CobId) {
         let (word, bit) = Self::place(id);
         self.0[word] |= bit;

@@ -112,7 +112,7 @@ impl<const N: usize> Rpdo<N> {
     /// Whether the PDO exists and has this COB-ID.
     #[must_use]
     pub fn listens_to(&self, id: CobId) -> bool {
-        self.parameters.cob_id.id() == id && self.is_active()
+        self.is_active() && self.parameters.cob_id.id() == id
     }
 
     /// How the last PDO's length was wrong.

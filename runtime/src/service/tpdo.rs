@@ -104,10 +104,9 @@ impl<const N: usize> Tpdo<N> {
         }
     }
 
-    /// With type 0 sent at every SYNC, whether there was an event or not.
-    #[must_use]
-    pub const fn with_acyclic_always(self, acyclic_always: bool) -> Self {
-        Tpdo { acyclic_always, ..self }
+    /// Whether type 0 is sent at every SYNC, whether there was an event or not.
+    pub const fn set_acyclic_always(&mut self, acyclic_always: bool) {
+        self.acyclic_always = acyclic_always;
     }
 
     /// The communication parameter.
@@ -213,7 +212,7 @@ impl<const N: usize> Tpdo<N> {
     /// Whether the PDO exists and has this COB-ID.
     #[must_use]
     pub fn listens_to(&self, id: CobId) -> bool {
-        self.parameters.cob_id.id() == id && self.is_active()
+        self.is_active() && self.parameters.cob_id.id() == id
     }
 
     /// Takes a remote frame that asks for the PDO.
