@@ -26,10 +26,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     pub(super) fn configure(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.time = S::Time::part(Time::OFF);
         self.guarding = S::Guarding::part(Guarding::new(self.nmt.node()));
-        self.load_sync(now, od);
-        self.load_time(od);
-        self.load_emcy(od);
-        self.load_guarding(od);
+        self.load_messages(now, od);
         let period = heartbeat_period(od);
         // The boot-up message stands for the first heartbeat.
         self.heartbeat.configure(now, period, period);
@@ -43,13 +40,6 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     /// Configures what a written entry concerns.
     pub(super) fn reconfigure(&mut self, now: Instant, address: Address, od: &mut (impl ObjectDictionary + ?Sized)) {
         match address.index() {
-            cia301::COB_ID_SYNC
-            | cia301::COMMUNICATION_CYCLE_PERIOD
-            | cia301::SYNCHRONOUS_WINDOW_LENGTH
-            | cia301::SYNCHRONOUS_COUNTER_OVERFLOW => self.load_sync(now, od),
-            cia301::COB_ID_TIME => self.load_time(od),
-            cia301::COB_ID_EMCY | cia301::INHIBIT_TIME_EMCY => self.load_emcy(od),
-            cia301::GUARD_TIME | cia301::LIFE_TIME_FACTOR => self.load_guarding(od),
             cia301::CONSUMER_HEARTBEAT_TIME => self.load_consumer(address.sub(), od),
             cia301::PRODUCER_HEARTBEAT_TIME => {
                 self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
@@ -57,11 +47,19 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             }
             index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.load_rpdo(cia301::pdo_number(index), od),
             index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.load_tpdo(cia301::pdo_number(index), now, od),
-            _ => {}
+            _ => self.load_messages(now, od),
         }
         if address.index() >= cia301::RPDO_1 {
             self.find_touched();
         }
+    }
+
+    /// What is loaded again goes on if its parameters are as they were.
+    fn load_messages(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
+        self.load_sync(now, od);
+        self.load_time(od);
+        self.load_emcy(od);
+        self.load_guarding(od);
     }
 
     /// Which TPDOs map what RPDOs write.

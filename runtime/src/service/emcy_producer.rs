@@ -150,17 +150,14 @@ const NOTHING: Emergency = Emergency { code: ErrorCode::NO_ERROR, register: Erro
 /// Puts an error on top of the history: 1003h:01 is the newest, 1003h:00 the number of errors.
 fn push_history(error: u32, od: &mut (impl ObjectDictionary + ?Sized)) {
     let Some(len) = objects::read_u8(od, cia301::PREDEFINED_ERROR_FIELD, 0) else { return };
-    let exists = |sub| od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub)).is_ok();
-    let mut room = 0;
-    while room < len.saturating_add(1) && exists(room + 1) {
-        room += 1;
+    let (mut newer, mut sub) = (error, 0);
+    while sub < len.saturating_add(1) && od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub + 1)).is_ok() {
+        sub += 1;
+        let older = objects::read_u32(od, cia301::PREDEFINED_ERROR_FIELD, sub).unwrap_or(0);
+        objects::write(od, cia301::PREDEFINED_ERROR_FIELD, sub, newer);
+        newer = older;
     }
-    for sub in (2..=room).rev() {
-        let older = objects::read_u32(od, cia301::PREDEFINED_ERROR_FIELD, sub - 1).unwrap_or(0);
-        objects::write(od, cia301::PREDEFINED_ERROR_FIELD, sub, older);
-    }
-    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 1, error);
-    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 0, u32::from(room));
+    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 0, u32::from(sub));
 }
 
 #[cfg(test)]
