@@ -260,7 +260,7 @@ impl<
         let Some((node, _)) = consumed_heartbeat(new) else { return Ok(()) };
         require(usize::from(sub) <= MONITORED, AbortCode::DEVICE_INCOMPATIBLE)?;
         let others = self.current(cia301::CONSUMER_HEARTBEAT_TIME, 0) as u8;
-        for other in (1..=others).filter(|&other| other != sub) {
+        for other in (0..others).map(|at| at + 1).filter(|&other| other != sub) {
             let twice = consumed_heartbeat(self.current(cia301::CONSUMER_HEARTBEAT_TIME, other))
                 .is_some_and(|(same, _)| same == node);
             require(!twice, AbortCode::PARAMETER_INCOMPATIBLE)?;
@@ -350,8 +350,8 @@ impl<
         let has_room = |&len: &u8| len == 0 || self.od.entry(Address::new(index, len)).is_ok();
         let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= MAPPED).filter(has_room);
         let mut bits = 0;
-        for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
-            let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
+        for at in 0..len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
+            let entry = objects::read_u32(self.od, index, at + 1).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
             let mapped = Mapped::from_parameter(entry);
             mapping::check(mapped, direction, self.behaviour().dummies, self.od)?;
             bits = mapping::bits_with(bits, mapped).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;

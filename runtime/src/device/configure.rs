@@ -30,8 +30,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let period = heartbeat_period(od);
         // The boot-up message stands for the first heartbeat.
         self.heartbeat.configure(now, period, period);
-        for sub in 1..=u8::try_from(MONITORED).unwrap_or(u8::MAX) {
-            self.load_consumer(sub, od);
+        for place in 0..u8::try_from(MONITORED).unwrap_or(u8::MAX) {
+            self.load_consumer(place + 1, od);
         }
         self.starts_itself = starts_itself(od);
         self.load_pdos(now, od);

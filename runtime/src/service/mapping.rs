@@ -35,9 +35,9 @@ impl<const N: usize> Mapping<N> {
     pub fn load(index: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> Self {
         let len = objects::read_u8(od, index, 0).filter(|&len| usize::from(len) <= N).unwrap_or(0);
         let mut mapping = Mapping::EMPTY;
-        for sub in 1..=len {
+        for at in 0..len {
             let pushed =
-                objects::read_u32(od, index, sub).is_some_and(|entry| mapping.push(Mapped::from_parameter(entry)));
+                objects::read_u32(od, index, at + 1).is_some_and(|entry| mapping.push(Mapped::from_parameter(entry)));
             if !pushed {
                 mapping = Mapping::EMPTY;
                 break;
