@@ -62,10 +62,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         self.load_guarding(od);
     }
 
-    /// Which TPDOs map what RPDOs write.
+    /// Which TPDOs map what RPDOs write, of those for which a change is an event.
     fn find_touched(&mut self) {
         for slot in self.rpdos.iter_mut() {
-            let is_touched = |(_, tpdo): &(usize, &TpdoSlot<MAPPED>)| tpdo.pdo.mapping().overlaps(slot.pdo.mapping());
+            let is_touched = |(_, tpdo): &(usize, &TpdoSlot<MAPPED>)| {
+                tpdo.pdo.counts_changes() && tpdo.pdo.mapping().overlaps(slot.pdo.mapping())
+            };
             let touched = self.tpdos.iter().enumerate().filter(is_touched);
             slot.touched = touched.fold(0, |bits, (at, _)| bits | 1 << (at % 32));
         }

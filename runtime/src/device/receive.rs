@@ -152,12 +152,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if slot.touched != 0 && matches!(event, rpdo::Event::Received | rpdo::Event::Refused { .. }) {
             compare(&mut self.tpdos, slot, masks, od);
         }
-        if after != before {
-            match after {
-                Some(LengthError::TooShort) => self.raise_communication_error(ErrorCode::PDO_LENGTH, od),
-                Some(LengthError::TooLong) => self.raise_communication_error(ErrorCode::PDO_TOO_LONG, od),
-                None => {}
-            }
+        if let Some(error) = after.filter(|_| after != before) {
+            let code = match error {
+                LengthError::TooShort => ErrorCode::PDO_LENGTH,
+                LengthError::TooLong => ErrorCode::PDO_TOO_LONG,
+            };
+            self.raise_communication_error(code, od);
         }
         (rpdo_event(number, event), if is_quiet { Due::Nothing } else { Due::Anything })
     }

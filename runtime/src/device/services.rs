@@ -130,7 +130,7 @@ const NO_TYPE: TransmissionType = TransmissionType::SynchronousAcyclic;
 pub(super) struct RpdoSlot<const MAPPED: usize> {
     pub(super) number: u16,
     pub(super) pdo: Rpdo<MAPPED>,
-    /// Which TPDOs map an object that it writes: bit n for those in places n, n + 32, and so on.
+    /// Which TPDOs map an object that it writes, and are sent when it changes: bit n for those in places n, n + 32, and so on.
     pub(super) touched: u32,
 }
 

@@ -205,7 +205,8 @@ impl<const N: usize> Tpdo<N> {
         }
     }
 
-    fn counts_changes(&self) -> bool {
+    /// Whether a change of a mapped object is an event.
+    pub(crate) fn counts_changes(&self) -> bool {
         self.triggers.change || self.parameters.transmission == TransmissionType::SynchronousAcyclic
     }
 
