@@ -304,7 +304,10 @@ impl<
         if let Some((first, last)) = od.take_changes() {
             self.services.get_mut().compare(first, last, od);
         }
-        self.services.poll_transmit(now, od).or_else(|| self.poll_servers(now, od))
+        if let Some(frame) = self.services.poll_transmit(now, od) {
+            return Some(frame);
+        }
+        self.poll_servers(now, od)
     }
 
     /// When to call [`Device::handle_timeout`]; `None` to sleep until a frame comes.

@@ -326,10 +326,15 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             return Some(boot_up);
         }
         let state = self.nmt.state();
-        let message = if state.allows_messages() { self.poll_messages(now, od) } else { None };
-        message
-            .or_else(|| self.heartbeat.poll_transmit(now, state))
-            .or_else(|| self.guarding.as_mut()?.poll_transmit(now, state))
+        if state.allows_messages()
+            && let Some(message) = self.poll_messages(now, od)
+        {
+            return Some(message);
+        }
+        if let Some(heartbeat) = self.heartbeat.poll_transmit(now, state) {
+            return Some(heartbeat);
+        }
+        self.guarding.as_mut()?.poll_transmit(now, state)
     }
 
     fn poll_messages(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
