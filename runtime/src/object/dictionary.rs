@@ -221,20 +221,15 @@ fn slot_range(entry: &Entry) -> Range<usize> {
 }
 
 /// A number that orders the wire forms of a type as their values order.
-fn order_key(data_type: DataType, bits: u8, raw: u64) -> i64 {
-    let up = 64 - u32::from(bits);
+fn order_key(data_type: DataType, bits: u8, raw: u64) -> u64 {
+    let sign = 1 << (bits - 1);
     match data_type {
-        DataType::Real32 => float_key(u64::from(raw as u32), 31),
-        DataType::Real64 => float_key(raw, 63),
-        signed if signed.is_signed() => (raw << up) as i64,
-        _ => (raw << up) as i64 ^ i64::MIN,
+        // IEEE 754 numbers order by magnitude when their bits do, and in reverse when negative; there are two zeros.
+        DataType::Real32 | DataType::Real64 if raw & sign == 0 => sign + raw,
+        DataType::Real32 | DataType::Real64 => sign - (raw ^ sign),
+        signed if signed.is_signed() => raw ^ sign,
+        _ => raw,
     }
-}
-
-/// IEEE 754 numbers order by magnitude when their bits do, and in reverse when negative.
-fn float_key(raw: u64, sign: u32) -> i64 {
-    let magnitude = (raw & !(1 << sign)) as i64;
-    if raw >> sign == 0 { magnitude } else { -magnitude }
 }
 
 impl<const N: usize> ObjectDictionary for Dictionary<N> {
