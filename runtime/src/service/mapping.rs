@@ -163,7 +163,8 @@ impl<const N: usize> Mapping<N> {
     ) -> Result<(), (Address, AbortCode)> {
         let mut result = Ok(());
         for (mapped, low) in self.asked(od.image().len()) {
-            let written = write(mapped, object::take(u64::from_le_bytes(data), low, mapped.bits), od);
+            let value = object::take(u64::from_le_bytes(data), low, mapped.bits);
+            let written = objects::write_at(od, mapped.address, value, usize::from(mapped.bits).div_ceil(8));
             result = result.and(written.map_err(|reason| (mapped.address, reason)));
         }
         result
@@ -183,13 +184,6 @@ fn copied_from(mapped: Mapped, low: u8, index: u16, od: &(impl ObjectDictionary 
 /// How many bits a PDO has with another object behind `bits`; `None` if they are more than 64.
 pub(crate) fn bits_with(bits: u8, mapped: Mapped) -> Option<u8> {
     bits.checked_add(mapped.bits).filter(|&bits| bits <= 64)
-}
-
-fn write(mapped: Mapped, value: u64, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<(), AbortCode> {
-    let entry = od.entry(mapped.address)?;
-    let size = entry.data_type.size().unwrap_or(usize::from(mapped.bits).div_ceil(8));
-    let bytes = value.to_le_bytes();
-    od.write(&entry, 0, bytes.get(..size).unwrap_or(&bytes), true)
 }
 
 /// Whether an entry only fills space: a data type, 0001h to 001Fh, in the place of an object

@@ -1,5 +1,6 @@
 //! How services read and write numbers in the dictionary that they are lent.
 
+use crate::abort::AbortCode;
 use crate::object::{Address, Entry, ObjectDictionary};
 
 /// The number at `address`; `None` when there is none or the dictionary does not give it.
@@ -33,8 +34,17 @@ pub(crate) fn read_u8(od: &mut (impl ObjectDictionary + ?Sized), index: u16, sub
 /// Writes as many bytes as the entry's type has. Does nothing if there is no such entry, or the dictionary refuses the
 /// number.
 pub(crate) fn write(od: &mut (impl ObjectDictionary + ?Sized), index: u16, sub: u8, value: u32) {
-    let Ok(entry) = od.entry(Address::new(index, sub)) else { return };
-    let size = entry.data_type.size().unwrap_or(8);
-    let bytes = u64::from(value).to_le_bytes();
-    let _ = od.write(&entry, 0, bytes.get(..size).unwrap_or(&bytes), true);
+    let _ = write_at(od, Address::new(index, sub), value.into(), 8);
+}
+
+/// Writes as many bytes of a number as the entry's type has, or `len` if it has no fixed size.
+pub(crate) fn write_at(
+    od: &mut (impl ObjectDictionary + ?Sized),
+    address: Address,
+    value: u64,
+    len: usize,
+) -> Result<(), AbortCode> {
+    let entry = od.entry(address)?;
+    let bytes = value.to_le_bytes();
+    od.write(&entry, 0, bytes.get(..entry.data_type.size().unwrap_or(len)).unwrap_or(&bytes), true)
 }
