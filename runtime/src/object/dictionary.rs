@@ -266,13 +266,8 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         if entry.data_type == DataType::Domain {
             return Err(AbortCode::CANNOT_TRANSFER);
         }
-        if let Some(size) = entry.data_type.size() {
-            match data.len().cmp(&size) {
-                core::cmp::Ordering::Less => return Err(AbortCode::LENGTH_TOO_LOW),
-                core::cmp::Ordering::Greater => return Err(AbortCode::LENGTH_TOO_HIGH),
-                core::cmp::Ordering::Equal => self.check_limits(entry, data)?,
-            }
-        }
+        entry.check_len(data.len())?;
+        self.check_limits(entry, data)?;
         let (prefix, value) = self.slot(entry);
         let start = offset as usize;
         let Some(to) = start.checked_add(data.len()).and_then(|end| value.get_mut(start..end)) else {

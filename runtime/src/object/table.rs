@@ -37,6 +37,17 @@ impl Entry {
             plus_node: false,
         }
     }
+
+    /// Whether a value may have `len` bytes.
+    ///
+    /// Errors: [`AbortCode::LENGTH_TOO_LOW`] or [`AbortCode::LENGTH_TOO_HIGH`], of an entry with a fixed size.
+    pub(crate) fn check_len(&self, len: usize) -> Result<(), AbortCode> {
+        match self.data_type.size() {
+            Some(size) if len < size => Err(AbortCode::LENGTH_TOO_LOW),
+            Some(size) if len > size => Err(AbortCode::LENGTH_TOO_HIGH),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// What a manager may do with an entry.

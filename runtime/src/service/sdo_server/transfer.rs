@@ -1,7 +1,5 @@
 //! The transfer under way: an entry as a stream of bytes, read or written from its beginning to its end.
 
-use core::cmp::Ordering;
-
 use crate::abort::AbortCode;
 use crate::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
 use crate::wire::sdo::Expedited;
@@ -84,10 +82,11 @@ impl Transfer {
         let size = entry.data_type.size().map(|size| size as u32);
         let capacity = Some(u32::from(entry.capacity)).filter(|&capacity| capacity > 0);
         let room = size.or(capacity);
-        match announced {
-            Some(len) if room.is_some_and(|room| len > room) => return Err(AbortCode::LENGTH_TOO_HIGH),
-            Some(len) if size.is_some_and(|size| len < size) => return Err(AbortCode::LENGTH_TOO_LOW),
-            _ => {}
+        if let Some(len) = announced {
+            entry.check_len(len as usize)?;
+            if room.is_some_and(|room| len > room) {
+                return Err(AbortCode::LENGTH_TOO_HIGH);
+            }
         }
         self.least = announced.or(size).unwrap_or(0);
         self.most = announced.or(room).unwrap_or(u32::MAX);
@@ -187,11 +186,8 @@ pub(super) fn write_expedited(
         Some(size) if may_be_padded => data.data().get(..size).unwrap_or(data.data()),
         _ => data.data(),
     };
-    match entry.data_type.size().map(|size| data.len().cmp(&size)) {
-        Some(Ordering::Less) => Err(AbortCode::LENGTH_TOO_LOW),
-        Some(Ordering::Greater) => Err(AbortCode::LENGTH_TOO_HIGH),
-        Some(Ordering::Equal) | None => od.write(&entry, 0, data, true),
-    }
+    entry.check_len(data.len())?;
+    od.write(&entry, 0, data, true)
 }
 
 /// The facts of an entry, if its access is right, and else `refusal`. The result is the dictionary's own, as one that is
