@@ -146,7 +146,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let Some(slot) = self.rpdos.get_mut(at) else { return (None, Due::Nothing) };
         let number = slot.number;
         let before = slot.pdo.length_error();
-        let Some(event) = slot.pdo.handle_frame(now, frame, od) else { return (None, Due::Nothing) };
+        let event = slot.pdo.take(now, frame, od);
         let after = slot.pdo.length_error();
         let is_quiet = slot.touched == 0 && after == before && slot.pdo.poll_timeout().is_none();
         if slot.touched != 0 && matches!(event, rpdo::Event::Received | rpdo::Event::Refused { .. }) {

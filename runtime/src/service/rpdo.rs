@@ -165,19 +165,24 @@ impl<const N: usize> Rpdo<N> {
         if frame.is_remote() || !self.listens_to(frame.id()) {
             return None;
         }
+        Some(self.take(now, frame, od))
+    }
+
+    /// The same of a frame that is known to be this PDO.
+    pub(crate) fn take(&mut self, now: Instant, frame: &Frame, od: &mut (impl ObjectDictionary + ?Sized)) -> Event {
         let (expected, got) = (self.mapping.bytes(), frame.data().len());
         let Some(data) = frame.data().get(..expected) else {
             self.length_error = Some(LengthError::TooShort);
-            return Some(Event::TooShort { expected, got });
+            return Event::TooShort { expected, got };
         };
         self.length_error = (got > expected).then_some(LengthError::TooLong);
         self.timed_out = false;
         self.due = time::after(now, self.parameters.deadline);
         if self.parameters.transmission.is_synchronous() {
             self.waiting = Some(number(data).to_le_bytes());
-            return Some(Event::Waiting);
+            return Event::Waiting;
         }
-        Some(event(self.mapping.unpack(data, od).err()))
+        event(self.mapping.unpack(data, od).err())
     }
 
     /// SYNC came: what waited takes effect.
