@@ -52,6 +52,7 @@ pub enum Event {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LengthError {
     /// Too short: not processed (EMCY 8210h).
+    // From 1 on, so that no error is 0 (a device clears the places of its PDOs).
     TooShort = 1,
     /// Too long: the first bytes were processed (EMCY 8220h).
     TooLong,
