@@ -80,17 +80,19 @@ impl Transfer {
     ) -> Result<(), AbortCode> {
         let entry = permitted(Access::is_writable, AbortCode::READ_ONLY, address, od)?;
         let size = entry.data_type.size().map(|size| size as u32);
-        let capacity = Some(u32::from(entry.capacity)).filter(|&capacity| capacity > 0);
-        let room = size.or(capacity);
+        let room = size.unwrap_or(match entry.capacity {
+            0 => u32::MAX,
+            capacity => capacity.into(),
+        });
         if let Some(len) = announced {
             entry.check_len(len as usize)?;
-            if room.is_some_and(|room| len > room) {
+            if len > room {
                 return Err(AbortCode::LENGTH_TOO_HIGH);
             }
         }
         self.least = announced.or(size).unwrap_or(0);
-        self.most = announced.or(room).unwrap_or(u32::MAX);
-        self.is_held = room.is_some_and(|room| room <= HELD as u32);
+        self.most = announced.unwrap_or(room);
+        self.is_held = room <= HELD as u32;
         self.open(entry);
         Ok(())
     }
@@ -181,13 +183,14 @@ pub(super) fn write_expedited(
     od: &mut (impl ObjectDictionary + ?Sized),
 ) -> Result<(), AbortCode> {
     let entry = permitted(Access::is_writable, AbortCode::READ_ONLY, address, od)?;
-    let may_be_padded = may_be_padded && data.data().len() == 4 || data.len().is_none();
-    let data = match entry.data_type.size() {
-        Some(size) if may_be_padded => data.data().get(..size).unwrap_or(data.data()),
-        _ => data.data(),
+    let bytes = data.data();
+    let may_be_padded = may_be_padded && bytes.len() == 4 || data.len().is_none();
+    let bytes = match entry.data_type.size() {
+        Some(size) if may_be_padded => bytes.get(..size).unwrap_or(bytes),
+        _ => bytes,
     };
-    entry.check_len(data.len())?;
-    od.write(&entry, 0, data, true)
+    entry.check_len(bytes.len())?;
+    od.write(&entry, 0, bytes, true)
 }
 
 /// The facts of an entry, if its access is right, and else `refusal`. The result is the dictionary's own, as one that is
