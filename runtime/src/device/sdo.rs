@@ -94,6 +94,8 @@ impl<
     }
 
     /// A device that has stopped forgets its transfers.
+    // Out of line on a microcontroller: it is the last thing that three functions do.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn follow_state(&mut self, event: Option<Event>) -> Option<Event> {
         if !self.nmt_state().allows_messages() {
             self.servers.iter_mut().flatten().for_each(SdoServer::reset);

@@ -354,6 +354,8 @@ impl<B: Choice> SdoServer<B> {
         Ok(Progress::Continues)
     }
 
+    // Out of line on a microcontroller, where a function with everything in it has too few registers.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle_command(&mut self, raw: Raw, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let before = self.is_busy().then(|| self.address());
         // One match for all: several would each go through the commands again (tests/size).
