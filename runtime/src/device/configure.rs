@@ -128,6 +128,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     fn load_consumer(&mut self, sub: u8, od: &mut (impl ObjectDictionary + ?Sized)) {
         let Some(place) = usize::from(sub).checked_sub(1).and_then(|at| self.consumers.get_mut(at)) else { return };
         let entry = objects::read_u32(od, cia301::CONSUMER_HEARTBEAT_TIME, sub).and_then(consumed_heartbeat);
+        if entry.is_some() {
+            self.consumed = self.consumed.max(sub);
+        }
         *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
     }
 

@@ -49,6 +49,8 @@ pub(super) struct Services<
     pub(super) heartbeat: HeartbeatProducer,
     pub(super) guarding: Option<Part<S::Guarding, Guarding>>,
     pub(super) consumers: [Option<HeartbeatConsumer>; MONITORED],
+    /// How many of the first places are in use. No others are looked at for the next deadline, which is asked for often.
+    pub(super) consumed: u8,
     pub(super) rpdos: Slots<RpdoSlot<MAPPED>, RPDOS>,
     pub(super) tpdos: Slots<TpdoSlot<MAPPED>, TPDOS>,
     /// The error register shows an error of communication that the device has noticed itself.
@@ -219,6 +221,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             heartbeat: HeartbeatProducer::new(node),
             guarding: None,
             consumers: [const { None }; MONITORED],
+            consumed: 0,
             rpdos: Slots::new([RpdoSlot::FREE; RPDOS]),
             tpdos: Slots::new([TpdoSlot::FREE; TPDOS]),
             communication_error: false,
@@ -367,7 +370,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             self.emcy.poll_timeout(),
             self.guarding.as_ref().and_then(|guarding| guarding.poll_timeout()),
         ];
-        let consumers = self.consumers.iter().flatten().map(HeartbeatConsumer::poll_timeout);
+        let consumers = self.consumers.iter().take(self.consumed.into());
+        let consumers = consumers.flatten().map(HeartbeatConsumer::poll_timeout);
         let rpdos = self.rpdos.iter().map(|slot| slot.pdo.poll_timeout());
         let tpdos = self.tpdos.iter().map(|slot| slot.pdo.poll_timeout());
         earliest(single.into_iter().chain(self.timers.0).chain(consumers).chain(rpdos).chain(tpdos))
