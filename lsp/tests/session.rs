@@ -334,7 +334,7 @@ fn keys_of_a_machine_are_explained_by_its_schema() {
         ("identity = { v", 14, "vendor", "The vendor-ID."),
         ("to = [], e", 10, "every", "The most time between two of them."),
         ("bit-rate = \"", 12, "500 kbit/s", ""),
-        ("power = \"", 9, "off", "It is not."),
+        ("power = \"", 9, "off", "Switched off."),
         ("action = \"", 10, "delay", "They come later."),
     ] {
         let all = offered(what, behind);
@@ -344,7 +344,7 @@ fn keys_of_a_machine_are_explained_by_its_schema() {
     for (what, behind, said) in [
         ("optional", 2, "The machine runs without it, too."),
         ("[node.a]", 2, "The nodes by their names."),
-        ("reset-all", 2, "All are."),
+        ("reset-all", 2, "All nodes are reset and booted again."),
     ] {
         let (_, hover) = editor.typed::<lsp::HoverRequest>(at(uri, text, what, behind));
         assert!(hover["contents"]["value"].as_str().is_some_and(|it| it.starts_with(said)), "{what}: {hover}");
