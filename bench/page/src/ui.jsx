@@ -17,9 +17,9 @@ import { chosenNode, connection, goToRow, nodeId, view, whyNot } from './state.j
 /**
  * Why a request was not carried out, and what to do.
  * @param {{ of: Refused | null, test?: string }} props
- * The page itself says so.
+ */
 export function Refusal({ of, test }) {
-  if (!of || (of.why === 'lost' && connection.value !== 'open')) return null // The page says so itself.
+  if (!of || (of.why === 'lost' && connection.value !== 'open')) return null // The page itself says so.
   return (
     <p class="refusal" role="alert" data-test={test}>
       <strong>{of.why === 'lost' ? t('refused.lost') : of.why}</strong>
