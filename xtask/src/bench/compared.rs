@@ -115,12 +115,9 @@ impl Row {
         let (line, place) = lines.find_map(|cells| cells.iter().position(is_it).map(|place| (cells, place)))?;
         self.at.iter().try_fold(self.words.to_owned(), |words, at| {
             let figure = line.get(place + at)?;
-            let time = time(figure.parse().ok()?);
-            Some(if words.contains("{ns}") {
-                words.replacen("{ns}", &time, 1)
-            } else {
-                words.replacen("{}", &grouped(figure), 1)
-            })
+            let number = figure.parse().ok()?;
+            let (place, text) = if words.contains("{ns}") { ("{ns}", time(number)) } else { ("{}", grouped(figure)) };
+            Some(words.replacen(place, &text, 1))
         })
     }
 }
@@ -158,7 +155,7 @@ mod tests {
 
     #[test]
     fn the_comparison_is_what_the_pages_say() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let root = crate::workspace::root();
         let (_, kept, _) = parts(&root).unwrap();
         assert_eq!(kept, table(&root).unwrap(), "cargo xtask bench compared");
     }
